@@ -6,7 +6,7 @@ turned with it, then about the y that turned twice; "extrinsic xzy" turns about 
 
 C_AB turns components in B into components in A. The functions use C_PQ, a rotation that carries P onto Q. All take
 stacks (..., 3, 3), (..., 4), (..., 3) and use scipy's Rotation; the compiled model has its own formulas in
-femflex.dynamics.arithmetic.turns, tested against these.
+femflex.kernels.turns, tested against these.
 """
 
 from __future__ import annotations

@@ -9,9 +9,9 @@ import sys
 
 import pytest
 
-from femflex import kernel_digest
+from femflex.kernels import digest
 
-PACKAGE = kernel_digest.PACKAGE
+PACKAGE = digest.PACKAGE
 COMPILED = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT", "0") == "1", reason="the compiler is off")
 
 KERNEL = """
@@ -179,13 +179,13 @@ def file_of(name):
 def test_the_digest_follows_every_import():
     for file in PACKAGE.rglob("*.py"):
         expected = {file_of(name) for name in imports_at_module_level(file)} - {PACKAGE / "__init__.py"}
-        assert expected == set(kernel_digest.imported_files(file)), file
+        assert expected == set(digest.imported_files(file)), file
 
 
 def test_kernels_import_nothing_from_the_package_itself():
     files = [file for file in PACKAGE.rglob("*.py") if re.search(r"^@(kernel|entry)\(", file.read_text(), re.M)]
     assert len(files) > 20
-    for source in {source for file in files for source in kernel_digest.sources_of(file)}:
+    for source in {source for file in files for source in digest.sources_of(file)}:
         assert "from femflex import " not in source.read_text(), source
 
 

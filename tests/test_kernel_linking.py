@@ -12,7 +12,7 @@ TOP = Path(__file__).resolve().parents[1]
 TWO_KERNELS = """
 import numpy as np
 from numba import types
-from femflex.dynamics.arithmetic.compiled import inner, kernel
+from femflex.kernels.compiled import inner, kernel
 
 VECTOR = types.float64[::1]
 

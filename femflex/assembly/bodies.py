@@ -26,12 +26,12 @@ from femflex.case.case import Case
 from femflex.case.deploying import DeployingTable
 from femflex.case.load import LoadTable
 from femflex.case.matrices import MatricesTable
-from femflex.case.problems import CaseError, Problem, suggestion_text
 from femflex.case.reduction import DampingTable, Stretchable
 from femflex.case.support import SkewSupport
 from femflex.fem.deflected import tension_blocks
 from femflex.fem.structure import Structure
 from femflex.fem.tension.strain import UNITS
+from femflex.noun.problems import CaseError, Problem, suggestion_text
 from femflex.reduction import (
     ModalDamping,
     RayleighDamping,

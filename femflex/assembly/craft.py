@@ -15,10 +15,10 @@ from femflex.assembly.signals import signal_problems
 from femflex.body import FlexibleBody
 from femflex.case import controller as tables
 from femflex.case.case import Case
-from femflex.case.problems import CaseError, Problem, suggestion_text
 from femflex.case.sensor import SensorTable
 from femflex.case.thruster import TankTable, ThrusterTable
 from femflex.case.wheel import CableTable, GyroTable, WheelTable
+from femflex.noun.problems import CaseError, Problem, suggestion_text
 from femflex.system import (
     Controller,
     Effector,

@@ -14,7 +14,6 @@ from femflex.arrays import IntArray
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
 from femflex.case.mesh_groups import referenced_groups
-from femflex.case.problems import CaseError, Problem, suggestion_text
 from femflex.case.shape import MarkerTable
 from femflex.case.support import DIRECTIONS, SkewSupport
 from femflex.decks import Deck, read_deck
@@ -22,6 +21,7 @@ from femflex.fem import Member, Support
 from femflex.fem.support import GLOBAL
 from femflex.mesh import Mesh
 from femflex.mesh.refine import refined_values
+from femflex.noun.problems import CaseError, Problem, suggestion_text
 
 IN_FORCE = "supports"  # in a clamp: the supports selected by the case control of the deck
 AUTOSPC = "autospc"

@@ -19,7 +19,6 @@ from femflex.case.body import BodyTable
 from femflex.case.case import Case
 from femflex.case.deploying import SHEETS, DeployingFunctionsTable, DeployingTable, ReelTable
 from femflex.case.motion import Motion
-from femflex.case.problems import CaseError, Problem
 from femflex.deployment import (
     DeployingBody,
     DeployingLine,
@@ -36,6 +35,7 @@ from femflex.deployment import (
 from femflex.deployment.body import length_range
 from femflex.deployment.line import LineShapes
 from femflex.deployment.shapes import MemberShapes
+from femflex.noun.problems import CaseError, Problem
 from femflex.reduction import BeamFunctions
 from femflex.reduction.origin import Deployed, Fields, Origin
 from femflex.system import Profile, System, Variation

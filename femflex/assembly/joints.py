@@ -18,7 +18,7 @@ from femflex.case.joint_base import JointTable
 from femflex.case.joint_general import SLIDE_KEYS, TURN_KEYS, General
 from femflex.case.law import read_laws
 from femflex.case.orbit import AttitudeTable
-from femflex.case.problems import CaseError, Problem
+from femflex.noun.problems import CaseError, Problem
 from femflex.rotations import is_extrinsic, letters_of
 from femflex.system import (
     Joint,

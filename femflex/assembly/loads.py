@@ -12,9 +12,9 @@ from femflex.arrays import Array
 from femflex.case.case import Case
 from femflex.case.columns import csv_rows, finite
 from femflex.case.load import LoadTable
-from femflex.case.problems import CaseError, Problem, suggestion_text
-from femflex.case.units import UnitError, to_si
-from femflex.case.values import counted_noun
+from femflex.noun.problems import CaseError, Problem, suggestion_text
+from femflex.noun.units import UnitError, to_si
+from femflex.noun.values import counted_noun
 from femflex.system import Load
 
 COLUMNS = {"time": "s", **dict.fromkeys(("fx", "fy", "fz"), "N"), **dict.fromkeys(("tx", "ty", "tz"), "N m")}

@@ -7,7 +7,7 @@ from dataclasses import replace
 from femflex.assembly.joints import build_joint
 from femflex.case import constraint as tables
 from femflex.case.case import Case
-from femflex.case.problems import CaseError, Problem, quoted_names
+from femflex.noun.problems import CaseError, Problem, quoted_names
 from femflex.system import Joint, Nonholonomic, Spring, knife_edge, rolling_disc
 
 CUT_JOINT_KEYS = {"kind", "child", "parent", "child_marker", "parent_marker", "name", "axis", "axes", "play"}

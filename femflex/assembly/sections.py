@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from typing import Any
 
 from femflex.case import section as tables
-from femflex.case.base import Table
-from femflex.case.problems import suggestion_text
 from femflex.fem.sections import (
     Box,
     CableSection,
@@ -21,6 +19,8 @@ from femflex.fem.sections import (
 )
 from femflex.fem.sections.laminates import Lamina, PlateSection, Ply, layup
 from femflex.fem.sections.materials import Material, Orthotropic
+from femflex.noun.problems import suggestion_text
+from femflex.noun.table import Table
 
 BEAM_SECTIONS: dict[type[Table], Any] = {
     tables.Tube: Tube,

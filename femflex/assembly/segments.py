@@ -10,12 +10,12 @@ import numpy as np
 from femflex.assembly.structures import members_of, point_masses_of, with_static_derivatives
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
-from femflex.case.problems import CaseError, Problem
 from femflex.case.reduction import CantileverTable, CraigBamptonTable, FreeFreeTable, NodalTable
 from femflex.fem import Structure, cut_into_segments
 from femflex.fem.line.chain import straight_elements
 from femflex.fem.line.segments import NEAR
 from femflex.mesh import Mesh
+from femflex.noun.problems import CaseError, Problem
 from femflex.reduction import (
     Damping,
     ModeSet,

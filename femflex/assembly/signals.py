@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from femflex.case.case import Case
-from femflex.case.problems import Problem, suggestion_text
+from femflex.noun.problems import Problem, suggestion_text
 from femflex.system import Controller, Effector
 from femflex.system.effector import ACCOUNTS
 

@@ -17,7 +17,6 @@ from femflex.case.body import FlexibleTable, MemberTable
 from femflex.case.case import Case
 from femflex.case.connection import DistributingInterfaceTable, EquationTable, RigidInterfaceTable
 from femflex.case.mesh_groups import file_mesh, mesh_problems, with_regions
-from femflex.case.problems import CaseError, Problem, suggestion_text
 from femflex.case.reduction import (
     CantileverTable,
     CraigBamptonTable,
@@ -47,6 +46,7 @@ from femflex.fem.sections.laminates import Lamina
 from femflex.fem.sections.materials import Material, Orthotropic
 from femflex.fem.support import GLOBAL, Support, antisymmetry, symmetry
 from femflex.mesh import Mesh
+from femflex.noun.problems import CaseError, Problem, suggestion_text
 from femflex.reduction import (
     ModeSet,
     cantilever_modes,

@@ -16,7 +16,7 @@ from femflex.assembly.loads import build_loads
 from femflex.assembly.loops import build_constraint, build_loops, build_spring
 from femflex.assembly.orbits import build_orbit
 from femflex.case.case import Case
-from femflex.case.problems import CaseError, Problem
+from femflex.noun.problems import CaseError, Problem
 from femflex.system import Environment, Frame, Load, Part, Sight, System, assembled
 
 

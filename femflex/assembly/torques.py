@@ -12,8 +12,8 @@ from femflex.assembly.loads import build_load
 from femflex.case.body import BodyTable
 from femflex.case.case import Case
 from femflex.case.load import LoadTable
-from femflex.case.problems import CaseError, Problem
 from femflex.fem import Structure
+from femflex.noun.problems import CaseError, Problem
 from femflex.reduction.boundary.markers import MarkerRows, marker_rows
 from femflex.system import Load
 

@@ -6,7 +6,6 @@ from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field, StrictBool, ValidationInfo, field_validator, model_validator
 
-from femflex.case.base import Name, Table, exactly_one, refuse
 from femflex.case.body_base import BodyTable as BodyTable
 from femflex.case.connection import Connection, RegionTable
 from femflex.case.deck import OverrideValues
@@ -17,7 +16,8 @@ from femflex.case.options import add_options, read_options
 from femflex.case.preload import PreloadTable
 from femflex.case.reduction import DampingTable, FunctionsTable, Reduction
 from femflex.case.shape import Shape
-from femflex.case.values import Count, Direction, Mass, Position, PositiveLength, Quantity, Vector
+from femflex.noun.table import Name, Table, exactly_one, refuse
+from femflex.noun.values import Count, Direction, Mass, Position, PositiveLength, Quantity, Vector
 
 Strain = Literal["linear", "nonlinear", "condensed"]
 TENSION = ("tether", "membrane")  # families that carry tension only

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from femflex.case.base import Name, Table
 from femflex.case.initial import InitialTable
 from femflex.case.shape import MarkerTable
-from femflex.case.values import Position
+from femflex.noun.table import Name, Table
+from femflex.noun.values import Position
 
 
 class RecoveryTable(Table):

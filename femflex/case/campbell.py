@@ -9,9 +9,9 @@ from typing import Annotated, Any
 
 from pydantic import Field, field_validator
 
-from femflex.case.base import Table, refuse
-from femflex.case.units import UnitError, split_quantity, to_si
-from femflex.case.values import Direction, Quantity, ValueProblem, Whole, _Readable, value_text
+from femflex.noun.table import Table, refuse
+from femflex.noun.units import UnitError, split_quantity, to_si
+from femflex.noun.values import Direction, Quantity, ValueProblem, Whole, _Readable, value_text
 
 SI = "rad/s"
 LONGEST = 10_000  # speeds: more are taken for a mistake

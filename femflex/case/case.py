@@ -8,7 +8,6 @@ from typing import Annotated, Any
 
 from pydantic import Field, PrivateAttr, model_validator
 
-from femflex.case.base import Name, Table, refuse
 from femflex.case.body import Body
 from femflex.case.campbell import CampbellTable
 from femflex.case.constraint import Constraint, SpringTable
@@ -26,6 +25,7 @@ from femflex.case.sight import SightTable
 from femflex.case.stability import StabilityTable
 from femflex.case.thruster import TankTable, ThrusterTable
 from femflex.case.wheel import CableTable, GyroTable, SeparationTable, SignalTable, WheelTable
+from femflex.noun.table import Name, Table, refuse
 
 
 class Case(Table):

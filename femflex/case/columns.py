@@ -7,8 +7,8 @@ import os
 import re
 from pathlib import Path
 
-from femflex.case.units import to_si
-from femflex.case.values import ValueProblem, check_magnitude
+from femflex.noun.units import to_si
+from femflex.noun.values import ValueProblem, check_magnitude
 
 
 def column_of(path: Path, column: str, unit: str) -> tuple[list[float], list[float]]:

@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from femflex.case.base import Table, exactly_one
-from femflex.case.values import Direction, Plain, Position, Whole
+from femflex.noun.table import Table, exactly_one
+from femflex.noun.values import Direction, Plain, Position, Whole
 
 Component = Literal["x", "y", "z", "rx", "ry", "rz"]
 Axes = tuple[Direction, Direction, Direction]

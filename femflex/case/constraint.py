@@ -6,9 +6,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from femflex.case.base import Name, Table, refuse
 from femflex.case.joint_values import Axis, Damper, Spring
-from femflex.case.values import PositiveLength, Quantity
+from femflex.noun.table import Name, Table, refuse
+from femflex.noun.values import PositiveLength, Quantity
 
 
 class BetweenTable(Table):

@@ -7,9 +7,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field, StrictBool, model_validator
 
-from femflex.case.base import Name, Table, refuse
 from femflex.case.inertia import InertiaMatrix
-from femflex.case.values import Count, Duration, Positive, Quantity, ValueProblem, _Readable
+from femflex.noun.table import Name, Table, refuse
+from femflex.noun.values import Count, Duration, Positive, Quantity, ValueProblem, _Readable
 
 Numbers = tuple[float, ...]
 Rows = tuple[Numbers, ...]

@@ -12,10 +12,10 @@ from femflex.case.measure import MeasureTable
 from femflex.case.named_files import file_problems
 from femflex.case.named_markers import marker_problems
 from femflex.case.outline import Outline
-from femflex.case.problems import Problem, suggestion_text
 from femflex.case.sensor import SensorTable
 from femflex.case.tree import root_problems, tree_problems
 from femflex.case.wheel import CableTable, SeparationTable
+from femflex.noun.problems import Problem, suggestion_text
 
 
 def cross_problems(outline: Outline, folder: Path) -> list[Problem]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from femflex.case.units import UnitError
-from femflex.case.values import Quantity, ValueProblem, _Readable, value_text
+from femflex.noun.units import UnitError
+from femflex.noun.values import Quantity, ValueProblem, _Readable, value_text
 
 UNITS_OF = {
     "E": ("Pa",), "E1": ("Pa",), "E2": ("Pa",), "E3": ("Pa",), "G": ("Pa",), "G12": ("Pa",), "G13": ("Pa",),

@@ -8,7 +8,7 @@ from femflex.case.campbell import CampbellTable
 from femflex.case.measure import OF_CAMPBELL
 from femflex.case.orbit import AttitudeTable, OrbitTable
 from femflex.case.outline import Outline
-from femflex.case.problems import Problem
+from femflex.noun.problems import Problem
 
 NEAR = 1e-9  # relative difference of two speeds that are the same
 

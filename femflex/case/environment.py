@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
-from femflex.case.base import Table
-from femflex.case.values import Plain, Quantity, ValueProblem, Vector, _Readable
+from femflex.noun.table import Table
+from femflex.noun.values import Plain, Quantity, ValueProblem, Vector, _Readable
 
 
 @dataclass(frozen=True)

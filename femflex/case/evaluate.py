@@ -10,8 +10,8 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.case.measure import OF_BODY, MeasureTable
-from femflex.case.problems import suggestion_text
 from femflex.case.tones import crossing_frequency, fitted_frequencies
+from femflex.noun.problems import suggestion_text
 
 
 class Record(Protocol):

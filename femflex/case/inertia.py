@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from femflex.case.values import Matrix, Quantity, ValueProblem, _Readable
+from femflex.noun.values import Matrix, Quantity, ValueProblem, _Readable
 
 
 class Inertia(_Readable):

@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from femflex.case.base import Table, exactly_one, refuse
-from femflex.case.values import Direction, Position, PositiveLength, Quantity, Whole
+from femflex.noun.table import Table, exactly_one, refuse
+from femflex.noun.values import Direction, Position, PositiveLength, Quantity, Whole
 
 
 class InitialTable(Table):

@@ -6,12 +6,12 @@ from typing import Literal
 
 from pydantic import StrictBool, model_validator
 
-from femflex.case.base import refuse
 from femflex.case.joint_base import JointTable
 from femflex.case.joint_values import ZERO, Dampers, Springs, TurnDampers, TurnSprings
 from femflex.case.motions import FreeMotion, ThreeAngles
 from femflex.case.rotation import RotationSet, Sequence_
-from femflex.case.values import Angles, Position, Rates, Velocity
+from femflex.noun.table import refuse
+from femflex.noun.values import Angles, Position, Rates, Velocity
 from femflex.rotations import is_extrinsic
 
 

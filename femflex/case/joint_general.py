@@ -6,11 +6,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from femflex.case.base import refuse
 from femflex.case.joint_base import JointTable
 from femflex.case.joint_values import Axis
 from femflex.case.motions import GeneralMotion
-from femflex.case.values import Quantity, counted_noun
+from femflex.noun.table import refuse
+from femflex.noun.values import Quantity, counted_noun
 
 SLIDE_KEYS = ("position", "velocity", "slide_stiffness", "slide_damping", "slide_rest")
 TURN_KEYS = ("angles", "rates", "stiffness", "damping", "rest")

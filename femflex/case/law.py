@@ -11,9 +11,9 @@ from typing import Any
 from pydantic import GetCoreSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
-from femflex.case.problems import quoted_names, suggestion_text
-from femflex.case.units import UnitError
-from femflex.case.values import Quantity, ValueProblem, _Readable, checked_word, counted_noun, value_text
+from femflex.noun.problems import quoted_names, suggestion_text
+from femflex.noun.units import UnitError
+from femflex.noun.values import Quantity, ValueProblem, _Readable, checked_word, counted_noun, value_text
 from femflex.system.latch import Latch
 from femflex.system.law import Friction, Law
 from femflex.system.stop import Stop

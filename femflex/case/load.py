@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 
 from pydantic import model_validator
 
-from femflex.case.base import Name, Table, refuse
-from femflex.case.values import Quantity, Vector, _Readable, counted_noun
+from femflex.noun.table import Name, Table, refuse
+from femflex.noun.values import Quantity, Vector, _Readable, counted_noun
 
 
 class _SteadyOrTable(_Readable):

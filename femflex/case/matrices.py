@@ -6,11 +6,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from femflex.case.base import Name, Table, refuse
 from femflex.case.body_base import BodyTable
 from femflex.case.inertia import InertiaMatrix
 from femflex.case.reduction import DampingTable, Reduction
-from femflex.case.values import Direction, Mass, Position, Quantity, Whole
+from femflex.noun.table import Name, Table, refuse
+from femflex.noun.values import Direction, Mass, Position, Quantity, Whole
 
 ELEMENTS_ONLY = ("derivatives", "third_derivatives", "deflection", "responses", "spin")
 

@@ -6,9 +6,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, StrictBool, model_validator
 
-from femflex.case.base import Table, exactly_one, refuse
-from femflex.case.units import to_base
-from femflex.case.values import (
+from femflex.noun.table import Table, exactly_one, refuse
+from femflex.noun.units import to_base
+from femflex.noun.values import (
     Count,
     Quantity,
     Time,

@@ -11,7 +11,7 @@ import numpy as np
 
 from femflex.case.body import FlexibleTable
 from femflex.case.connection import EquationTable
-from femflex.case.problems import Problem, suggestion_text
+from femflex.noun.problems import Problem, suggestion_text
 
 if TYPE_CHECKING:
     from femflex.mesh import Mesh

@@ -22,9 +22,9 @@ from pathlib import Path
 from typing import Any
 
 from femflex.case.columns import column_of
-from femflex.case.problems import suggestion_text
-from femflex.case.units import NOUNS, UnitError
-from femflex.case.values import Quantity, ValueProblem, _Readable, checked_word, value_text
+from femflex.noun.problems import suggestion_text
+from femflex.noun.units import NOUNS, UnitError
+from femflex.noun.values import Quantity, ValueProblem, _Readable, checked_word, value_text
 from femflex.system.profile import ENDS, Profile
 
 FREE, LOCKED = "free", "locked"

@@ -12,9 +12,9 @@ from femflex.case.initial import EQUILIBRIUM
 from femflex.case.matrices import MatricesTable
 from femflex.case.model_inputs import motions_from_files
 from femflex.case.outline import Outline, outline_of_tables
-from femflex.case.problems import Problem, quoted_names
 from femflex.case.shape import MeshShape
-from femflex.case.values import value_text
+from femflex.noun.problems import Problem, quoted_names
+from femflex.noun.values import value_text
 
 
 def file_problems(outline: Outline, folder: Path) -> Iterator[Problem]:

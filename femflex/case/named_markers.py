@@ -9,8 +9,8 @@ from pathlib import Path
 from femflex.case.body import BodyTable, FileTable, FlexibleTable
 from femflex.case.matrices import MatricesTable
 from femflex.case.outline import Outline
-from femflex.case.problems import Problem, suggestion_text
 from femflex.case.tree import bodies_without_joint
+from femflex.noun.problems import Problem, suggestion_text
 
 
 def known_markers(body: BodyTable | None) -> set[str] | None:

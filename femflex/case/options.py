@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from femflex.case.base import refuse
-from femflex.case.units import UnitError
-from femflex.case.values import Quantity, ValueProblem
 from femflex.fem.option import OPTIONS, Option
+from femflex.noun.table import refuse
+from femflex.noun.units import UnitError
+from femflex.noun.values import Quantity, ValueProblem
 
 
 def read_options(family: str, options: Mapping[str, Any]) -> dict[str, Any]:

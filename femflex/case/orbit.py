@@ -7,9 +7,9 @@ from typing import Annotated, Literal
 
 from pydantic import StrictBool, model_validator
 
-from femflex.case.base import Table, exactly_one, refuse
 from femflex.case.rotation import RotationSet, Sequence_
-from femflex.case.values import Angle, Angles, Fraction, Length, Position, PositiveLength, Quantity, Rates, Velocity
+from femflex.noun.table import Table, exactly_one, refuse
+from femflex.noun.values import Angle, Angles, Fraction, Length, Position, PositiveLength, Quantity, Rates, Velocity
 
 BodyAxis = Literal["x", "y", "z", "-x", "-y", "-z"]
 

@@ -23,12 +23,12 @@ from femflex.case.joint_base import JointTable
 from femflex.case.load import LoadTable
 from femflex.case.measure import ExpectationsTable
 from femflex.case.orbit import AttitudeTable, OrbitTable
-from femflex.case.problems import item_label
 from femflex.case.run import PicturesTable, RunTable, StudyTable
 from femflex.case.sensor import SensorTable
 from femflex.case.sight import SightTable
 from femflex.case.thruster import TankTable, ThrusterTable
 from femflex.case.wheel import CableTable, GyroTable, MountedTable, SeparationTable, WheelTable
+from femflex.noun.problems import item_label
 
 T = TypeVar("T")
 

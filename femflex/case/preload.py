@@ -6,8 +6,8 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from femflex.case.base import Table, refuse
-from femflex.case.values import Direction, Mass, Position, Quantity, Rate, Rates, Vector
+from femflex.noun.table import Table, refuse
+from femflex.noun.values import Direction, Mass, Position, Quantity, Rate, Rates, Vector
 
 
 class OrbitField(Table):

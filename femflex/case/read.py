@@ -19,9 +19,9 @@ from femflex.case.control import warn_of_doubtful_control
 from femflex.case.crosscheck import cross_problems
 from femflex.case.magnitudes import warn_of_doubtful_magnitudes
 from femflex.case.outline import Outline, outline_of_case, outline_of_tables
-from femflex.case.problems import CaseError, Problem, suggestion_text
 from femflex.case.sentences import schema_problems
 from femflex.case.suspicion import warn_of_doubtful_numbers
+from femflex.noun.problems import CaseError, Problem, suggestion_text
 
 FEW = 8  # names of other case files that a message lists
 DEEPEST = 20  # levels of tables and lists; schema and motions (sums of tables) need ten

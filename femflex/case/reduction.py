@@ -6,9 +6,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StrictBool, model_validator
 
-from femflex.case.base import Table, refuse
 from femflex.case.support import SkewSupport, read_support, support_schema
-from femflex.case.values import (
+from femflex.noun.table import Table, refuse
+from femflex.noun.values import (
     MOST_FUNCTIONS,
     Count,
     PositiveLength,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from femflex.case.problems import suggestion_text
-from femflex.case.values import ValueProblem, _Readable, value_text
+from femflex.noun.problems import suggestion_text
+from femflex.noun.values import ValueProblem, _Readable, value_text
 
 LETTERS = ("xyz", "xzy", "yxz", "yzx", "zxy", "zyx", "xyx", "xzx", "yxy", "yzy", "zxz", "zyz")
 SEQUENCES = (

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, StrictBool, model_validator
 
-from femflex.case.base import Table, exactly_one, refuse
 from femflex.case.measure import OF_CAMPBELL, MeasureTable
-from femflex.case.values import Count, Direction, Duration, Quantity, Time, ValueProblem, Whole, _Readable
+from femflex.noun.table import Table, exactly_one, refuse
+from femflex.noun.values import Count, Direction, Duration, Quantity, Time, ValueProblem, Whole, _Readable
 
 if TYPE_CHECKING:
     from femflex.arrays import Array

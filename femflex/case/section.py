@@ -6,8 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
-from femflex.case.base import Table
-from femflex.case.values import AlongMember, Angle, Plain, PositiveLength, Quantity
+from femflex.noun.table import Table
+from femflex.noun.values import AlongMember, Angle, Plain, PositiveLength, Quantity
 
 Modulus = Annotated[float, Quantity("Pa", above=0.0)]
 Density = Annotated[float, Quantity("kg/m^3", least=0.0)]

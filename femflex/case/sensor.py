@@ -6,9 +6,9 @@ from typing import Annotated, Literal
 
 from pydantic import model_validator
 
-from femflex.case.base import Orientation, Table, refuse
-from femflex.case.values import Count, Direction, Duration, Position, Quantity, counted_noun
 from femflex.case.wheel import PositiveRate
+from femflex.noun.table import Orientation, Table, refuse
+from femflex.noun.values import Count, Direction, Duration, Position, Quantity, counted_noun
 
 REQUIRED_KEY = {"joint": "coordinate", "value": "signal", "acceleration": "bandwidth", "strain": "component"}
 KINDS_WITH_KEY = {  # keys that belong to single kinds

@@ -11,9 +11,9 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from femflex.case.problems import Problem, item_label, quoted_names, suggestion_text
-from femflex.case.values import counted_noun, value_text
-from femflex.system.names import ALLOWED
+from femflex.noun.names import ALLOWED
+from femflex.noun.problems import Problem, item_label, quoted_names, suggestion_text
+from femflex.noun.values import counted_noun, value_text
 
 
 def schema_problems(table: type[BaseModel], raw: Any, error: ValidationError) -> list[Problem]:

@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from femflex.case.base import Orientation, Table
-from femflex.case.values import Direction, Position, PositiveLength, Quantity
+from femflex.noun.table import Orientation, Table
+from femflex.noun.values import Direction, Position, PositiveLength, Quantity
 
 
 class MarkerTable(Table):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pydantic import field_validator
 
-from femflex.case.base import Name, Table, refuse
-from femflex.case.values import Angle, Direction, PositiveLength, Rate
+from femflex.noun.table import Name, Table, refuse
+from femflex.noun.values import Angle, Direction, PositiveLength, Rate
 
 
 class SightTable(Table):

@@ -6,12 +6,12 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StrictBool, ValidationError, model_validator
 
-from femflex.case.base import Table, refuse
-from femflex.case.problems import CaseError
 from femflex.case.sentences import schema_problems
 from femflex.case.sweep import Scattered, split_number
-from femflex.case.units import UnitError
-from femflex.case.values import Count, Duration
+from femflex.noun.problems import CaseError
+from femflex.noun.table import Table, refuse
+from femflex.noun.units import UnitError
+from femflex.noun.values import Count, Duration
 
 RATIOS = ("k_roll", "k_yaw")
 MAX_POINTS = 2001  # points along one value

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from femflex.case.values import Quantity, ValueProblem, value_text
+from femflex.noun.values import Quantity, ValueProblem, value_text
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 FORMS = '["x", "y", "z"], { symmetry = [0, 0.6, 0.8] }, or { components = ["x", "ry"], axes = [[...], [...], [...]] }'

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from femflex.case.case import Case
-from femflex.case.problems import item_label
+from femflex.noun.problems import item_label
 from femflex.warning import PhysicsWarning
 
 FAST = 20.0  # rad/s: three turns a second, more than craft and their appendages do

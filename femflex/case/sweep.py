@@ -8,12 +8,12 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
-from femflex.case.base import Table, exactly_one, refuse
 from femflex.case.measure import OF_CAMPBELL, MeasureTable
-from femflex.case.problems import CaseError, Problem
 from femflex.case.sentences import schema_problems
-from femflex.case.units import UnitError, split_quantity
-from femflex.case.values import Count, Quantity, ValueProblem, Whole, _Readable, value_text
+from femflex.noun.problems import CaseError, Problem
+from femflex.noun.table import Table, exactly_one, refuse
+from femflex.noun.units import UnitError, split_quantity
+from femflex.noun.values import Count, Quantity, ValueProblem, Whole, _Readable, value_text
 
 Design = Literal["grid", "list", "random", "latin_hypercube", "sobol", "sobol_indices"]
 DRAWN = ("random", "latin_hypercube", "sobol", "sobol_indices")

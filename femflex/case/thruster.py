@@ -6,9 +6,9 @@ from typing import Annotated, Literal
 
 from pydantic import StrictBool, model_validator
 
-from femflex.case.base import Table, refuse
-from femflex.case.values import Direction, Duration, Mass, Quantity, Time, Whole
 from femflex.case.wheel import MountedTable
+from femflex.noun.table import Table, refuse
+from femflex.noun.values import Direction, Duration, Mass, Quantity, Time, Whole
 
 
 class PulseTrainTable(Table):

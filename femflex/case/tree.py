@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from femflex.case.outline import Outline
-from femflex.case.problems import Problem, quoted_names, suggestion_text
+from femflex.noun.problems import Problem, quoted_names, suggestion_text
 
 SLIDING = {"prismatic": 1, "cylindrical": 1, "free": 3}
 ROOT_KEYS = (

@@ -9,7 +9,7 @@ from typing import Protocol
 from femflex.case.case import Case
 from femflex.case.evaluate import Record, measured_unit, measured_value
 from femflex.case.measure import OF_CAMPBELL, OF_SYSTEM, ExpectTable
-from femflex.case.units import UnitError, to_base
+from femflex.noun.units import UnitError, to_base
 
 
 class Diagram(Protocol):

@@ -7,10 +7,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import model_validator
 
-from femflex.case.base import Table, refuse
 from femflex.case.joint_values import Damper
 from femflex.case.motion import Motion, MotionOf
-from femflex.case.values import Count, Direction, Mass, Plain, Quantity, Rate, _Readable, counted_noun
+from femflex.noun.table import Table, refuse
+from femflex.noun.values import Count, Direction, Mass, Plain, Quantity, Rate, _Readable, counted_noun
 
 Inertia = Annotated[float, Quantity("kg m^2", above=0.0)]
 PositiveRate = Annotated[float, Quantity("rad/s", above=0.0)]

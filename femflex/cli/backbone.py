@@ -17,7 +17,7 @@ def read_lengths(text: str) -> list[float]:
     >>> read_lengths("1 mm, 0.02")
     [0.001, 0.02]
     """
-    from femflex.case.units import UnitError, to_si
+    from femflex.noun.units import UnitError, to_si
 
     lengths = []
     for entry in text.split(","):

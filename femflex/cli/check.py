@@ -31,8 +31,8 @@ def check(
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing copy.")] = False,
 ) -> None:
     """Report every problem of a case: keys, units, names, meshes, structure, modes. Writes no result."""
-    from femflex.case.problems import CaseError
-    from femflex.case.values import counted_noun
+    from femflex.noun.problems import CaseError
+    from femflex.noun.values import counted_noun
 
     try:
         resolved, description = examine_case(case)
@@ -75,7 +75,7 @@ def examine_case(case: Path) -> tuple[ResolvedCase, str]:
         from femflex.advice.advice import warn_of
         from femflex.advice.model_warnings import output_warnings
         from femflex.case import read_case
-        from femflex.case.values import counted_noun
+        from femflex.noun.values import counted_noun
         from femflex.pipeline.decisions import resolve_choices
         from femflex.pipeline.references import duration_of
         from femflex.studies.linear.closed_loop import growing_loops

@@ -117,7 +117,7 @@ def modes(
 
 def flexible_bodies(file: Path, name: str | None, number: int | None) -> tuple[dict[str, FlexibleBody], dict[str, str]]:
     """Return the flexible bodies of a case, or that of a body file, and notes. Raises ValueError if there are none."""
-    from femflex.case.problems import suggestion_text
+    from femflex.noun.problems import suggestion_text
 
     if _is_hdf5(file):
         return {file.stem: _with_number_of_modes(_body_file(file), number)}, {}

@@ -99,7 +99,7 @@ def run(
 def print_compile_notice() -> None:
     """Say on standard error that the first run of an installation compiles, if nothing is on disk yet."""
     from femflex.dynamics.reports.observe import observe
-    from femflex.kernels import is_on_disk
+    from femflex.kernels.compiled import is_on_disk
 
     if not is_on_disk(observe):
         print("femflex: compiling the equations of motion, once per installation: half a minute", file=sys.stderr)

@@ -112,7 +112,7 @@ def read_vary_option(text: str) -> tuple[str, dict[str, Any]]:
     >>> read_vary_option("joints.0.damping=0:4 N m s:41")
     ('joints.0.damping', {'between': ['0 N m s', '4 N m s'], 'points': 41})
     """
-    from femflex.case.units import split_quantity
+    from femflex.noun.units import split_quantity
 
     key, _, range_text = text.partition("=")
     fields = [field.strip() for field in range_text.split(":")]

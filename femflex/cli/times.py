@@ -18,7 +18,7 @@ def read_seconds(text: str | None, option: str) -> float | None:
             return float(text)
         except ValueError:
             pass
-    from femflex.case.units import UnitError, to_si
+    from femflex.noun.units import UnitError, to_si
 
     try:
         return to_si(text, "s")

@@ -11,7 +11,7 @@ from typing import Any
 import numba
 import numba.types
 
-from femflex.kernels import part_options, stored
+from femflex.kernels.compiled import part_options, stored
 
 types: Any = numba.types  # numba's own annotations do not cover its types and first-class functions
 njit: Any = numba.njit

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from femflex.case.case import Case
-from femflex.case.problems import CaseError
 from femflex.case.read import parse_case
+from femflex.noun.problems import CaseError
 from femflex.pipeline.decisions import ResolvedCase
 
 INNER = {"flexible": "reduction", "analytic": "functions"}  # table with the shapes of a body, by its kind

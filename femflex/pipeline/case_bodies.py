@@ -13,7 +13,7 @@ from femflex.assembly.open_choices import open_joints, open_strains, with_strain
 from femflex.assembly.shared import shared_structures
 from femflex.body import FlexibleBody
 from femflex.case.case import Case
-from femflex.case.problems import CaseError, Problem
+from femflex.noun.problems import CaseError, Problem
 from femflex.pipeline.decisions import resolve_choices
 from femflex.system import Segments
 from femflex.warning import PhysicsWarning, TruncationWarning

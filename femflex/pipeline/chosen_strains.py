@@ -12,7 +12,7 @@ from femflex.assembly.bodies import built_bodies
 from femflex.assembly.open_choices import with_strains
 from femflex.case.body import Strain
 from femflex.case.case import Case
-from femflex.case.problems import CaseError
+from femflex.noun.problems import CaseError
 from femflex.pipeline.joint_shapes import Built
 from femflex.warning import PhysicsWarning
 

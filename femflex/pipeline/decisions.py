@@ -35,7 +35,7 @@ from femflex.assembly.open_choices import open_joints, open_strains, with_joints
 from femflex.assembly.shared import shared_structures
 from femflex.assembly.system import problems_of_loads
 from femflex.case.case import Case
-from femflex.case.problems import CaseError
+from femflex.noun.problems import CaseError
 from femflex.pipeline.chosen_strains import bodies_with_strain, rebuilt_bodies
 from femflex.pipeline.joint_shapes import (
     Built,

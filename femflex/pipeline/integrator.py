@@ -9,11 +9,11 @@ from typing import Any
 
 from femflex.arrays import Array
 from femflex.case.case import Case
-from femflex.case.problems import CaseError, Problem
 from femflex.dynamics import Model
 from femflex.dynamics.model import free_lengths
 from femflex.integrate import INTEGRATORS, Dop853, Forecast, Integrator, choose, forecast, integrator
 from femflex.integrate.driver import Adaptive
+from femflex.noun.problems import CaseError, Problem
 
 SETTINGS = ("rtol", "atol", "max_step", "step", "rho")
 

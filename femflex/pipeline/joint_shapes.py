@@ -18,7 +18,7 @@ from femflex.assembly.bodies import BuiltBody, built_bodies
 from femflex.assembly.deploying import with_lengths_at
 from femflex.assembly.open_choices import open_joints, table_text
 from femflex.case.case import Case
-from femflex.case.problems import CaseError
+from femflex.noun.problems import CaseError
 from femflex.pipeline.start import system_of
 from femflex.system import System
 from femflex.warning import PhysicsWarning

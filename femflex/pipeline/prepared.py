@@ -92,7 +92,7 @@ def prepare(
     from femflex.case import Case, read_case
     from femflex.dynamics.reports.observe import observe
     from femflex.integrate import dop853_kernel
-    from femflex.kernels import compile_ahead
+    from femflex.kernels.compiled import compile_ahead
     from femflex.pipeline.compiled import compiled
     from femflex.pipeline.decisions import resolve_choices
     from femflex.pipeline.integrator import case_integrator

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.case.problems import CaseError, Problem
+from femflex.noun.problems import CaseError, Problem
 from femflex.system.channel import Channel
 
 if TYPE_CHECKING:

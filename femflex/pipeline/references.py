@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 
 from femflex.case.case import Case
-from femflex.case.problems import Problem, suggestion_text
+from femflex.noun.problems import Problem, suggestion_text
 from femflex.system import Channel, System
 
 ROWS = 10**8  # more output rows than this are a mistake

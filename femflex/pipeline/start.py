@@ -12,8 +12,8 @@ from femflex.assembly import system as assembly
 from femflex.case.case import Case
 from femflex.case.initial import EQUILIBRIUM
 from femflex.case.motion import Motion
-from femflex.case.problems import CaseError, Problem
 from femflex.dynamics import compile_system
+from femflex.noun.problems import CaseError, Problem
 from femflex.pipeline.compiled import compiled
 from femflex.pipeline.recovery_channels import recovery_channels
 from femflex.pipeline.references import channel_problems, motion_problems, size_problems

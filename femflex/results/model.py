@@ -10,7 +10,7 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.body import FlexibleBody, Skin
 from femflex.body.strain_field import StrainPart, read_field, write_field
-from femflex.system.names import name_problems
+from femflex.noun.names import name_problems
 
 
 @dataclass(frozen=True, eq=False)

@@ -127,7 +127,7 @@ class LengthTable:
         return np.array(runs, float), np.concatenate(values, axis=1)
 
     def numbers(self) -> Array:
-        """All of it in one flat array, as the compiled equations read it (see femflex.dynamics.arithmetic.by_length).
+        """All of it in one flat array, as the compiled equations read it (see femflex.dynamics.lowering.by_length).
 
         Number of pieces, terms, runs and values; least and largest power of s; size of the profile; 1 where the length
         is a state, its place in z, the place of its acceleration there, the places of "pickup" and of

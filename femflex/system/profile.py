@@ -105,7 +105,7 @@ class Profile:
 
     @property
     def numbers(self) -> Array:
-        """All of it in one flat array, as the compiled equations read it (see femflex.dynamics.arithmetic.profiles)."""
+        """All of it in one flat array, as the compiled equations read it (see femflex.kernels.profiles)."""
         sizes = [*self.coefficients.shape, len(self.sines), self.first, self.last]
         return np.concatenate([sizes, self.knots, self.coefficients.ravel(), self.sines.ravel()])
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
+from femflex.noun.names import name_problems, prefix_problems
 from femflex.summary import Rows, Summarised, listed
 from femflex.system.connections import tie_markers, tie_problems
 from femflex.system.constraint import Nonholonomic
@@ -24,7 +25,6 @@ from femflex.system.joint_coordinates import latch_start_problems
 from femflex.system.kept_values import keep_problems
 from femflex.system.length_table import LengthTable
 from femflex.system.load import Load
-from femflex.system.names import name_problems, prefix_problems
 from femflex.system.orbit import Frame, Orbit
 from femflex.system.segments import Part, effector_at_segments, with_segment_names, with_segments
 from femflex.system.sensor import Sensor

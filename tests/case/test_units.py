@@ -7,7 +7,7 @@ import math
 import pint
 import pytest
 
-from femflex.case.units import COMMON_UNITS, LONG_NAMES, NOUNS, UnitError, example, to_base, to_si
+from femflex.noun.units import COMMON_UNITS, LONG_NAMES, NOUNS, UnitError, example, to_base, to_si
 
 COMPLETE: pint.UnitRegistry = pint.UnitRegistry()
 COMPLETE.define("@alias revolution = rev")

@@ -10,8 +10,8 @@ import os
 from pathlib import Path
 from typing import Any
 
-from femflex import kernel_cache, kernel_linking
-from femflex.kernel_cache import is_pending
+from femflex.kernels import cache, linking
+from femflex.kernels.cache import is_pending
 
 PACKAGE = Path(__file__).resolve().parents[2] / "femflex"
 
@@ -69,9 +69,9 @@ def _wait_for_one() -> None:
 
 def _emit_in_copies(processes: int) -> None:
     """Let kernels be optimised, emitted and kept by copies of this process, which end with that."""
-    library: Any = kernel_linking._KernelLibrary
-    cache: Any = kernel_cache.KernelCache
-    emit, store = library.finalize, cache.save_overload
+    library: Any = linking._KernelLibrary
+    storage: Any = cache.KernelCache
+    emit, store = library.finalize, storage.save_overload
 
     def emit_elsewhere(self: Any) -> None:
         while len(_copies) >= processes:
@@ -86,4 +86,4 @@ def _emit_in_copies(processes: int) -> None:
         store(self, signature, data)
         os._exit(0)
 
-    library.finalize, cache.save_overload = emit_elsewhere, store_and_end
+    library.finalize, storage.save_overload = emit_elsewhere, store_and_end

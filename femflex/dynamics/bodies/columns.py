@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from femflex.arrays import Array, Record
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.formula import formula
-from femflex.dynamics.arithmetic.lanes import Lane, Lanes, lane, plus, totals, zero_lane
-from femflex.dynamics.arithmetic.pairs import Pair, six_of
-from femflex.dynamics.arithmetic.vectors import Matrix, Vector, add, cross, turn
 from femflex.dynamics.bodies.shapes import put_rows3, rows3
 from femflex.dynamics.bodies.slaves import tie_columns
+from femflex.kernels.compiled import inner
+from femflex.kernels.formula import formula
+from femflex.kernels.lanes import Lane, Lanes, lane, plus, totals, zero_lane
+from femflex.kernels.pairs import Pair, six_of
+from femflex.kernels.vectors import Matrix, Vector, add, cross, turn
 
 
 @inner

@@ -7,13 +7,13 @@ zddot_A y_A. The integrals are those of `femflex.system.variation`.
 from __future__ import annotations
 
 from femflex.arrays import Array, Record
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import lane, plus, put_lane, total, zero_lane
-from femflex.dynamics.arithmetic.pairs import add_pair, pair_of
-from femflex.dynamics.arithmetic.vectors import Vector, add, add9, cross, dot, load3, load9, scale, store3, store9
 from femflex.dynamics.bodies.inertia import coriolis_couple, totals9, twist_of
 from femflex.dynamics.bodies.shapes import put_rows9, rows3, rows9, totals3, turning_of, zero_rows3, zero_rows9
 from femflex.dynamics.lowering.layout import W_OMEGA, W_P
+from femflex.kernels.compiled import inner
+from femflex.kernels.lanes import lane, plus, put_lane, total, zero_lane
+from femflex.kernels.pairs import add_pair, pair_of
+from femflex.kernels.vectors import Vector, add, add9, cross, dot, load3, load9, scale, store3, store9
 
 DRIFT, KICK, FLOW, TURN, SPEED = 0, 3, 6, 15, 24  # of the undeformed body, see Block.rates
 C_DRIFT, C_FLOW = 0, 4  # of what is carried: int w dm, int r w^T dm

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from femflex.arrays import Array, Record
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.formula import formula
-from femflex.dynamics.arithmetic.lanes import Lane, Lanes, lane, plus, put_lane, total, zero_lane
-from femflex.dynamics.arithmetic.pairs import dot_four_rows, pair_of
-from femflex.dynamics.arithmetic.vectors import (
+from femflex.dynamics.bodies.shapes import put_rows9, rows3, rows9, totals3, zero_rows3, zero_rows9
+from femflex.dynamics.bodies.slaves import add_drift_forces
+from femflex.dynamics.bodies.stiffening import add_varying_force, write_varying_stiffness
+from femflex.dynamics.lowering.layout import W_OMEGA, W_P, W_Q, W_S
+from femflex.kernels.compiled import inner
+from femflex.kernels.formula import formula
+from femflex.kernels.lanes import Lane, Lanes, lane, plus, put_lane, total, zero_lane
+from femflex.kernels.pairs import dot_four_rows, pair_of
+from femflex.kernels.vectors import (
     ZERO,
     Matrix,
     Vector,
@@ -25,10 +29,6 @@ from femflex.dynamics.arithmetic.vectors import (
     turn,
     turn_back,
 )
-from femflex.dynamics.bodies.shapes import put_rows9, rows3, rows9, totals3, zero_rows3, zero_rows9
-from femflex.dynamics.bodies.slaves import add_drift_forces
-from femflex.dynamics.bodies.stiffening import add_varying_force, write_varying_stiffness
-from femflex.dynamics.lowering.layout import W_OMEGA, W_P, W_Q, W_S
 
 
 @inner

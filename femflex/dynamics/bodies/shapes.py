@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from femflex.arrays import Array, Record
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.formula import formula
-from femflex.dynamics.arithmetic.lanes import Lanes, lane, plus, put_lane, total, zero_lane
-from femflex.dynamics.arithmetic.section_turns import section_drift, section_slope, section_vector
-from femflex.dynamics.arithmetic.turns import moving_vector_turn
-from femflex.dynamics.arithmetic.vectors import ZERO, Matrix, Vector, add, load3, product, scale, turn
 from femflex.dynamics.lowering.layout import TURNS, VARIES
+from femflex.kernels.compiled import inner
+from femflex.kernels.formula import formula
+from femflex.kernels.lanes import Lanes, lane, plus, put_lane, total, zero_lane
+from femflex.kernels.section_turns import section_drift, section_slope, section_vector
+from femflex.kernels.turns import moving_vector_turn
+from femflex.kernels.vectors import ZERO, Matrix, Vector, add, load3, product, scale, turn
 
 
 @formula

@@ -9,11 +9,11 @@ shapes become rows over coordinates by Y^T here, and the recursion knows only th
 from __future__ import annotations
 
 from femflex.arrays import Array, Record
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import lane, plus, put_lane, total, zero_lane
-from femflex.dynamics.arithmetic.pairs import Pair, add_pair, pair, pair_of, put_pair, zero_pair
 from femflex.dynamics.bodies.shapes import rows3, rows9, totals3, turning_of, zero_rows3
 from femflex.dynamics.lowering.layout import W_P
+from femflex.kernels.compiled import inner
+from femflex.kernels.lanes import lane, plus, put_lane, total, zero_lane
+from femflex.kernels.pairs import Pair, add_pair, pair, pair_of, put_pair, zero_pair
 
 
 @inner

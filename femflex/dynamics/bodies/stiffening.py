@@ -12,9 +12,9 @@ monomial, so that the sums of a block stay in registers.
 from __future__ import annotations
 
 from femflex.arrays import Array, Record
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.formula import formula
-from femflex.dynamics.arithmetic.lanes import Lanes, lane, plus, put_lane, zero_lane
+from femflex.kernels.compiled import inner
+from femflex.kernels.formula import formula
+from femflex.kernels.lanes import Lanes, lane, plus, put_lane, zero_lane
 from femflex.system.variation import COLUMNS
 
 

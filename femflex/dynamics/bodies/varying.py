@@ -8,11 +8,11 @@ nothing.
 from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.entries import call_user
-from femflex.dynamics.arithmetic.lanes import offset, put_lane
 from femflex.dynamics.bodies.shapes import put_rows3, rows9, turning_of
 from femflex.dynamics.lowering.layout import body_of, header_of
+from femflex.kernels.compiled import inner
+from femflex.kernels.entries import call_user
+from femflex.kernels.lanes import offset, put_lane
 
 
 @inner

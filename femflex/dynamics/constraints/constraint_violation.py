@@ -8,14 +8,14 @@ Rows of a loop with play that follow from others may miss by it: all rows then s
 from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import offset
 from femflex.dynamics.constraints.multipliers import rank_of
 from femflex.dynamics.constraints.row_reduction import combination
 from femflex.dynamics.constraints.rows import row_of
 from femflex.dynamics.lowering import constraint_layout as layout
 from femflex.dynamics.lowering.constraint_layout import closing_of, constraint_of
 from femflex.dynamics.lowering.layout import header_of
+from femflex.kernels.compiled import inner
+from femflex.kernels.lanes import offset
 
 RANK_LOSS_FACTOR = 1e3  # how much larger a velocity residual may be while a row is lost in a singular configuration
 RESIDUAL_TOLERANCE = 1e-10  # residual that may be left, relative to the bodies' size; of velocities also to the fastest

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from femflex.arrays import Array, Record
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.vectors import ZERO, Vector, add, cross, dot, load3, load9, scale, store3, sub, turn
 from femflex.dynamics.lowering import constraint_layout as layout
 from femflex.dynamics.lowering.layout import W_CIN
+from femflex.kernels.compiled import inner
+from femflex.kernels.vectors import ZERO, Vector, add, cross, dot, load3, load9, scale, store3, sub, turn
 
 
 @inner

@@ -7,12 +7,12 @@ The integrator removes the drift, by `project`. Compiled apart, and only at the 
 from __future__ import annotations
 
 from femflex.arrays import Array, Table
-from femflex.dynamics.arithmetic.compiled import kernel
-from femflex.dynamics.arithmetic.lanes import pointer
 from femflex.dynamics.constraints.equations import constrain
 from femflex.dynamics.forces.system import clear_all_joint_forces
 from femflex.dynamics.motion.correction import resisted_accelerations, subtract_rates
 from femflex.dynamics.motion.second_order import CORRECT
+from femflex.kernels.compiled import kernel
+from femflex.kernels.lanes import pointer
 
 
 @kernel(CORRECT)

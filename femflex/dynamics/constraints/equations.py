@@ -8,9 +8,6 @@ from __future__ import annotations
 import math
 
 from femflex.arrays import Array, Table
-from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import offset, pointer
-from femflex.dynamics.arithmetic.symbols import types
 from femflex.dynamics.constraints.constraint_violation import constraint_violation
 from femflex.dynamics.constraints.multipliers import factorise_products, multipliers
 from femflex.dynamics.constraints.row_reduction import whiten_rows, write_response
@@ -24,6 +21,9 @@ from femflex.dynamics.lowering.layout import body_of, header_of, hold_of
 from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states, write_auxiliary_rates
 from femflex.dynamics.motion.equations import RATE, place_bodies
 from femflex.dynamics.motion.recursion import accelerate, reduce_to_root
+from femflex.kernels.compiled import inner, kernel
+from femflex.kernels.lanes import offset, pointer
+from femflex.kernels.symbols import types
 
 _vector = types.float64[::1]
 _own = (types.int64[::1], _vector, _vector)  # table, pool, work

@@ -8,9 +8,6 @@ affine in these accelerations.
 from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import offset, pointer
-from femflex.dynamics.arithmetic.vectors import ZERO, add, load3, scale, turn_back
 from femflex.dynamics.bodies.shapes import markers_motion
 from femflex.dynamics.constraints.equations import solve_motion
 from femflex.dynamics.constraints.residual import push_rows
@@ -33,6 +30,9 @@ from femflex.dynamics.motion.free_lengths import (
     write_unit_blocks,
 )
 from femflex.dynamics.motion.gathering import gather_residual
+from femflex.kernels.compiled import inner, kernel
+from femflex.kernels.lanes import offset, pointer
+from femflex.kernels.vectors import ZERO, add, load3, scale, turn_back
 
 
 @inner

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.entries import call_user
-from femflex.dynamics.arithmetic.lanes import offset
 from femflex.dynamics.constraints.contact_rows import put_values
 from femflex.dynamics.lowering import constraint_layout as layout
 from femflex.dynamics.lowering.layout import W_TAU, body_of, header_of
+from femflex.kernels.compiled import inner
+from femflex.kernels.entries import call_user
+from femflex.kernels.lanes import offset
 
 
 @inner

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from femflex.arrays import Array, Record
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import lane, put_lane
-from femflex.dynamics.arithmetic.pairs import lane_vector, pair_of
-from femflex.dynamics.arithmetic.vectors import (
+from femflex.dynamics.bodies.columns import columns_times, six_lanes, wrench_times_columns, write_marker_columns
+from femflex.dynamics.bodies.shapes import markers_motion
+from femflex.dynamics.lowering.constraint_layout import M_A, M_ARM, M_C, M_COLUMNS, M_E, M_O, M_R, M_V
+from femflex.dynamics.lowering.layout import W_ACC, W_CIN, W_OMEGA, W_P, W_POS, W_VEL
+from femflex.kernels.compiled import inner
+from femflex.kernels.lanes import lane, put_lane
+from femflex.kernels.pairs import lane_vector, pair_of
+from femflex.kernels.vectors import (
     ZERO,
     Vector,
     add,
@@ -22,10 +26,6 @@ from femflex.dynamics.arithmetic.vectors import (
     transpose,
     turn_back,
 )
-from femflex.dynamics.bodies.columns import columns_times, six_lanes, wrench_times_columns, write_marker_columns
-from femflex.dynamics.bodies.shapes import markers_motion
-from femflex.dynamics.lowering.constraint_layout import M_A, M_ARM, M_C, M_COLUMNS, M_E, M_O, M_R, M_V
-from femflex.dynamics.lowering.layout import W_ACC, W_CIN, W_OMEGA, W_P, W_POS, W_VEL
 
 
 @inner

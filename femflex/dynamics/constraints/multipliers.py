@@ -13,10 +13,10 @@ from __future__ import annotations
 import math
 
 from femflex.arrays import Array, Table
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import offset
 from femflex.dynamics.constraints.rows import row_of
 from femflex.dynamics.lowering.constraint_layout import R_LAMBDA, R_TARGET, closing_of, constraint_of
+from femflex.kernels.compiled import inner
+from femflex.kernels.lanes import offset
 
 # The pool holds the part that stands instead along a run, where that at the start is known (see `singular_passage`).
 RESUM_BELOW = 1e-6  # part of a squared length down to which subtracting from it is exact enough

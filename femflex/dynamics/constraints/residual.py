@@ -6,8 +6,6 @@ Compiled apart from `constraints`, and only at the first request.
 from __future__ import annotations
 
 from femflex.arrays import Array, Table
-from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import offset, pointer
 from femflex.dynamics.constraints.equations import solve_motion
 from femflex.dynamics.constraints.rows import push_row, row_of
 from femflex.dynamics.forces.system import write_forces
@@ -20,6 +18,8 @@ from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states
 from femflex.dynamics.motion.equations import place_bodies
 from femflex.dynamics.motion.gathering import gather_residual
 from femflex.dynamics.motion.second_order import RESIDUAL
+from femflex.kernels.compiled import inner, kernel
+from femflex.kernels.lanes import offset, pointer
 
 
 @inner

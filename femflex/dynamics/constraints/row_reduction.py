@@ -10,9 +10,6 @@ from __future__ import annotations
 import math
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import lane, offset, plus, put_lane
-from femflex.dynamics.arithmetic.pairs import Pair, dot_pair, pair, put_pair
 from femflex.dynamics.bodies.columns import six_lanes, wrench_times_columns
 from femflex.dynamics.bodies.inertia import zero_forces
 from femflex.dynamics.constraints.general_rows import push_coordinates
@@ -23,6 +20,9 @@ from femflex.dynamics.lowering.constraint_layout import closing_of, constraint_o
 from femflex.dynamics.lowering.layout import W_H, W_P, W_PIVOT, W_TAU, W_U, body_of, header_of
 from femflex.dynamics.motion.gathering import add_to_parent
 from femflex.dynamics.motion.recursion import accelerate
+from femflex.kernels.compiled import inner
+from femflex.kernels.lanes import lane, offset, plus, put_lane
+from femflex.kernels.pairs import Pair, dot_pair, pair, put_pair
 
 
 @inner

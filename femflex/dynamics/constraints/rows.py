@@ -7,14 +7,14 @@ forces on the two bodies, so that the rows serve as A and as A^T. Forces on P st
 from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.vectors import ZERO, add, cross, dot, load3, load9, scale, store3, sub, turn
 from femflex.dynamics.constraints.contact_rows import put_force, put_values, write_disc, write_edge
 from femflex.dynamics.constraints.general_rows import general_row_times, write_general
 from femflex.dynamics.constraints.marker_motion import accelerate_marker, move_marker, push_marker
 from femflex.dynamics.lowering import constraint_layout as layout
 from femflex.dynamics.lowering.constraint_layout import closing_of, constraint_of
 from femflex.dynamics.lowering.layout import W_CIN, body_of
+from femflex.kernels.compiled import inner
+from femflex.kernels.vectors import ZERO, add, cross, dot, load3, load9, scale, store3, sub, turn
 
 
 @inner

@@ -10,7 +10,7 @@ import numba
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic.entries import plain_address
+from femflex.kernels.entries import plain_address
 
 Function = Callable[[float, Array], tuple[Array, Array]]
 

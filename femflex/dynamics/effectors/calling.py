@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.entries import caller
-from femflex.dynamics.arithmetic.lanes import offset, put_lane, zero_lane
-from femflex.dynamics.arithmetic.vectors import UNIT, Vector, add, load3, load9, store3, turn
 from femflex.dynamics.effectors.effector_functions import ACT, N_ACCOUNTS
 from femflex.dynamics.effectors.effector_inputs import write_inputs
 from femflex.dynamics.effectors.records import N_EFFECTOR, N_HANDLE, N_PORT, effector_at, handle_at, port_at
 from femflex.dynamics.forces.marker_forces import push_on_body
 from femflex.dynamics.lowering.layout import W_CIN, W_TAU, body_of, header_of
+from femflex.kernels.compiled import inner
+from femflex.kernels.entries import caller
+from femflex.kernels.lanes import offset, put_lane, zero_lane
+from femflex.kernels.vectors import UNIT, Vector, add, load3, load9, store3, turn
 
 call_act = caller(ACT)
 

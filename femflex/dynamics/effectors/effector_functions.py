@@ -18,9 +18,9 @@ import numba.core.errors
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic.entries import NUMBERS, REAL, VOID, plain_address, plain_array
-from femflex.dynamics.arithmetic.lanes import offset
 from femflex.dynamics.effectors.built_in import built_in
+from femflex.kernels.entries import NUMBERS, REAL, VOID, plain_address, plain_array
+from femflex.kernels.lanes import offset
 from femflex.system import Effector
 
 ACT = VOID(REAL, NUMBERS, NUMBERS, NUMBERS, NUMBERS)

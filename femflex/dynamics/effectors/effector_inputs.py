@@ -7,8 +7,11 @@ first of them writes the motion of their marker, and each writes its own inputs 
 from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.vectors import (
+from femflex.dynamics.bodies.shapes import markers_motion
+from femflex.dynamics.effectors.records import N_HANDLE, N_PORT, handle_at, port_at
+from femflex.dynamics.lowering.layout import W_CIN, W_OMEGA, W_POS, W_VEL, body_of, header_of
+from femflex.kernels.compiled import inner
+from femflex.kernels.vectors import (
     ZERO,
     Vector,
     add,
@@ -22,9 +25,6 @@ from femflex.dynamics.arithmetic.vectors import (
     transpose,
     turn_back,
 )
-from femflex.dynamics.bodies.shapes import markers_motion
-from femflex.dynamics.effectors.records import N_HANDLE, N_PORT, handle_at, port_at
-from femflex.dynamics.lowering.layout import W_CIN, W_OMEGA, W_POS, W_VEL, body_of, header_of
 
 
 @inner

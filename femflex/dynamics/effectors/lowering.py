@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.arrays import Record, Table
-from femflex.dynamics.arithmetic.lanes import padded
 from femflex.dynamics.effectors.built_in import writes_all
 from femflex.dynamics.effectors.effector_functions import act_address, call_sizes, input_size, output_size
 from femflex.dynamics.effectors.records import EFFECTOR, HANDLE, N_EFFECTOR, PORT
 from femflex.dynamics.lowering.pool import Pool, Scratch, add_marker
+from femflex.kernels.lanes import padded
 from femflex.system import Effector, System
 
 Records = NDArray[np.void]

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import offset
 from femflex.dynamics.effectors.calling import call_act, evaluate, out_size
 from femflex.dynamics.effectors.effector_inputs import write_signals
 from femflex.dynamics.lowering.layout import header_of
+from femflex.kernels.compiled import inner
+from femflex.kernels.lanes import offset
 
 STEP = 1e-7  # of a state's size: difference for the Jacobian of its rates
 

@@ -23,23 +23,6 @@ from numpy.typing import NDArray
 
 from femflex.arrays import Array, Record, Table
 from femflex.body.mass_points import MassPoints, points_of_moments
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.entries import entry
-from femflex.dynamics.arithmetic.lanes import offset, padded
-from femflex.dynamics.arithmetic.profiles import profile_at
-from femflex.dynamics.arithmetic.vectors import (
-    UNIT,
-    ZERO,
-    Vector,
-    add,
-    dot,
-    load3,
-    load9,
-    scale,
-    sub,
-    turn,
-    turn_back,
-)
 from femflex.dynamics.bodies.shapes import combined
 from femflex.dynamics.force_terms.registry import ForceTerm, Records
 from femflex.dynamics.forces.calls import A_ENERGY, APPLY, REPORT
@@ -56,6 +39,23 @@ from femflex.dynamics.lowering.layout import (
 )
 from femflex.dynamics.lowering.pool import Pool, Scratch
 from femflex.dynamics.lowering.unit_block import WORKED
+from femflex.kernels.compiled import inner
+from femflex.kernels.entries import entry
+from femflex.kernels.lanes import offset, padded
+from femflex.kernels.profiles import profile_at
+from femflex.kernels.vectors import (
+    UNIT,
+    ZERO,
+    Vector,
+    add,
+    dot,
+    load3,
+    load9,
+    scale,
+    sub,
+    turn,
+    turn_back,
+)
 from femflex.system import MovingPoints, System
 from femflex.system.attraction import is_integrated, moving_points_of
 from femflex.system.length_table import HEAD

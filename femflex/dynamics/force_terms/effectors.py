@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.arithmetic.entries import entry
-from femflex.dynamics.arithmetic.vectors import dot, load3
 from femflex.dynamics.effectors.calling import apply_forces, evaluate_effector
 from femflex.dynamics.effectors.effector_functions import N_ACCOUNTS
 from femflex.dynamics.effectors.lowering import lowered
@@ -23,6 +21,8 @@ from femflex.dynamics.forces.calls import (
 )
 from femflex.dynamics.lowering.pool import Pool, Scratch
 from femflex.dynamics.reports.observe import reference_motion
+from femflex.kernels.entries import entry
+from femflex.kernels.vectors import dot, load3
 from femflex.system import Channel, Controller, Effector, System
 from femflex.system.effector import ACCOUNTS, EXERTED
 from femflex.system.evaluation import evaluation_order

@@ -12,16 +12,16 @@ from dataclasses import replace
 import numpy as np
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.entries import entry
-from femflex.dynamics.arithmetic.lanes import offset
-from femflex.dynamics.arithmetic.profiles import profile_at
-from femflex.dynamics.arithmetic.vectors import Vector
 from femflex.dynamics.force_terms.registry import ForceTerm, Records
 from femflex.dynamics.forces.calls import A_DISSIPATION, A_ENERGY, APPLY, REPORT, RESIST
 from femflex.dynamics.joints.law_report import law_places
 from femflex.dynamics.lowering.layout import ENERGY_SPRING, W_RESIST, W_TAU, body_of, header_of, record_reader
 from femflex.dynamics.lowering.pool import Pool, Scratch
+from femflex.kernels.compiled import inner
+from femflex.kernels.entries import entry
+from femflex.kernels.lanes import offset
+from femflex.kernels.profiles import profile_at
+from femflex.kernels.vectors import Vector
 from femflex.system import Channel, Joint, Latch, Law, System
 from femflex.system.law import CONTACT, DAMPER, FRICTION, LATCHED, SPRING
 

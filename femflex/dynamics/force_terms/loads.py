@@ -8,26 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.entries import entry
-from femflex.dynamics.arithmetic.section_turns import section_slope, section_vector
-from femflex.dynamics.arithmetic.turns import vector_tangent, vector_turn
-from femflex.dynamics.arithmetic.vectors import (
-    UNIT,
-    ZERO,
-    Matrix,
-    Vector,
-    add,
-    cross,
-    dot,
-    load3,
-    load9,
-    product,
-    scale,
-    store3,
-    sub,
-    turn,
-)
 from femflex.dynamics.bodies.shapes import combined, marker_velocity
 from femflex.dynamics.force_terms.registry import ForceTerm, Records
 from femflex.dynamics.forces.calls import A_DRIFT, A_ENERGY, A_SHIFT, A_SUPPLIED, APPLY, REPORT
@@ -46,6 +26,26 @@ from femflex.dynamics.lowering.layout import (
     record_reader,
 )
 from femflex.dynamics.lowering.pool import Pool, Scratch, add_marker
+from femflex.kernels.compiled import inner
+from femflex.kernels.entries import entry
+from femflex.kernels.section_turns import section_slope, section_vector
+from femflex.kernels.turns import vector_tangent, vector_turn
+from femflex.kernels.vectors import (
+    UNIT,
+    ZERO,
+    Matrix,
+    Vector,
+    add,
+    cross,
+    dot,
+    load3,
+    load9,
+    product,
+    scale,
+    store3,
+    sub,
+    turn,
+)
 from femflex.system import Channel, Load, System
 
 LOAD = np.dtype(

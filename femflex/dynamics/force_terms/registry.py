@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic.entries import Entry
 from femflex.dynamics.lowering.layout import ENERGY_EFFECTOR, TERM
 from femflex.dynamics.lowering.pool import Pool, Scratch
+from femflex.kernels.entries import Entry
 from femflex.system import Channel, System
 
 Records = NDArray[np.void]

@@ -8,22 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.entries import entry
-from femflex.dynamics.arithmetic.vectors import (
-    UNIT,
-    ZERO,
-    Vector,
-    add,
-    cross,
-    dot,
-    load3,
-    load9,
-    scale,
-    sub,
-    turn,
-    turn_back,
-)
 from femflex.dynamics.bodies.shapes import combined, marker_velocity
 from femflex.dynamics.force_terms.registry import ForceTerm, Records
 from femflex.dynamics.forces.calls import A_DISSIPATION, A_ENERGY, APPLY, REPORT
@@ -40,6 +24,22 @@ from femflex.dynamics.lowering.layout import (
     record_reader,
 )
 from femflex.dynamics.lowering.pool import Pool, Scratch
+from femflex.kernels.compiled import inner
+from femflex.kernels.entries import entry
+from femflex.kernels.vectors import (
+    UNIT,
+    ZERO,
+    Vector,
+    add,
+    cross,
+    dot,
+    load3,
+    load9,
+    scale,
+    sub,
+    turn,
+    turn_back,
+)
 from femflex.system import Channel, System
 
 SPRING = np.dtype([(name, "i8") for name in (*ENDS, "data")])  # pool: stiffness, damping, free length

@@ -5,20 +5,6 @@ from __future__ import annotations
 import math
 
 from femflex.arrays import Array, Table
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.turns import axis_turn
-from femflex.dynamics.arithmetic.vectors import (
-    UNIT,
-    ZERO,
-    load3,
-    load9,
-    product,
-    scale,
-    store3,
-    store9,
-    transpose,
-    turn,
-)
 from femflex.dynamics.lowering.layout import (
     FRAME_ORBITAL,
     FRAME_SPINNING,
@@ -30,6 +16,20 @@ from femflex.dynamics.lowering.layout import (
     W_VEL,
     body_of,
     header_of,
+)
+from femflex.kernels.compiled import inner
+from femflex.kernels.turns import axis_turn
+from femflex.kernels.vectors import (
+    UNIT,
+    ZERO,
+    load3,
+    load9,
+    product,
+    scale,
+    store3,
+    store9,
+    transpose,
+    turn,
 )
 
 KEPLER_STEPS = 30  # Newton steps at most; from E = M + e sin M + ... ten are enough below e = 0.99

@@ -20,9 +20,9 @@ behind `z` of the header in the work array.
 from __future__ import annotations
 
 from femflex.arrays import Array, Table
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.entries import INTEGER, INTEGERS, NUMBERS, REAL, VOID, caller
 from femflex.dynamics.lowering.layout import W_RESIST, body_of, header_of, term_of
+from femflex.kernels.compiled import inner
+from femflex.kernels.entries import INTEGER, INTEGERS, NUMBERS, REAL, VOID, caller
 
 _OWN = (INTEGERS, NUMBERS, NUMBERS)  # table, pool, work
 APPLY = VOID(REAL, NUMBERS, NUMBERS, INTEGER, INTEGER, INTEGER, *_OWN)

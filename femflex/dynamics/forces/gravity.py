@@ -8,8 +8,9 @@ from __future__ import annotations
 import math
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.vectors import (
+from femflex.dynamics.lowering.layout import ORBIT_FREE, ORBIT_NONE, W_CIN, W_POS, W_Q, W_S, body_of, header_of
+from femflex.kernels.compiled import inner
+from femflex.kernels.vectors import (
     ZERO,
     Matrix,
     Vector,
@@ -23,7 +24,6 @@ from femflex.dynamics.arithmetic.vectors import (
     turn,
     turn_back,
 )
-from femflex.dynamics.lowering.layout import ORBIT_FREE, ORBIT_NONE, W_CIN, W_POS, W_Q, W_S, body_of, header_of
 
 NO_GRADIENT: Matrix = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 

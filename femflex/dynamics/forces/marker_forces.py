@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from femflex.arrays import Array, Record
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import lane, put_lane
-from femflex.dynamics.arithmetic.vectors import Matrix, Vector, add, cross, dot, load3, store_lane, sub, turn_back
 from femflex.dynamics.bodies.shapes import combined, rows3
 from femflex.dynamics.lowering.layout import VARIES, W_P
 from femflex.dynamics.lowering.unit_block import WORKED
+from femflex.kernels.compiled import inner
+from femflex.kernels.lanes import lane, put_lane
+from femflex.kernels.vectors import Matrix, Vector, add, cross, dot, load3, store_lane, sub, turn_back
 from femflex.system.variation import PLACE
 
 

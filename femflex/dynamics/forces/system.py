@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.pairs import put_pair, zero_pair
-from femflex.dynamics.arithmetic.vectors import ZERO
 from femflex.dynamics.bodies.flow import add_flow_forces
 from femflex.dynamics.bodies.inertia import add_elastic_forces, write_velocity_forces, zero_forces
 from femflex.dynamics.forces.calls import apply_terms
 from femflex.dynamics.forces.gravity import find_center_of_mass, gravity_field, local_field
 from femflex.dynamics.joints.forces import write_spring_forces
 from femflex.dynamics.lowering.layout import ORBIT_NONE, W_BIAS, W_TAU, body_of, header_of
+from femflex.kernels.compiled import inner
+from femflex.kernels.pairs import put_pair, zero_pair
+from femflex.kernels.vectors import ZERO
 
 
 @inner

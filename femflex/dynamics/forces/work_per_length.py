@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from femflex.arrays import Array, Table
-from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.lowering.layout import body_of, header_of
 from femflex.dynamics.lowering.unit_block import WORKED
+from femflex.kernels.compiled import inner
 
 
 @inner

@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 
 from femflex.arrays import Array, Record
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.turns import (
+from femflex.dynamics.lowering.layout import BALL_EXTRINSIC, BALL_MODIFIED, BALL_RODRIGUES
+from femflex.kernels.compiled import inner
+from femflex.kernels.turns import (
     angle_rates,
     angles_of,
     angles_turn,
@@ -22,8 +23,7 @@ from femflex.dynamics.arithmetic.turns import (
     rodrigues_rates,
     vector_turn,
 )
-from femflex.dynamics.arithmetic.vectors import Matrix, Vector, dot, load3, load4, product, scale, store3, store4, sub
-from femflex.dynamics.lowering.layout import BALL_EXTRINSIC, BALL_MODIFIED, BALL_RODRIGUES
+from femflex.kernels.vectors import Matrix, Vector, dot, load3, load4, product, scale, store3, store4, sub
 
 
 @inner

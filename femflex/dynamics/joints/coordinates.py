@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from femflex.arrays import Array, Record
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.turns import quaternion_advanced, quaternion_rates
-from femflex.dynamics.arithmetic.vectors import load3, load4, store4
 from femflex.dynamics.joints.ball import advance_ball, ball_rates
 from femflex.dynamics.lowering.layout import BALL_NONE, BALL_QUATERNION
+from femflex.kernels.compiled import inner
+from femflex.kernels.turns import quaternion_advanced, quaternion_rates
+from femflex.kernels.vectors import load3, load4, store4
 
 
 @inner

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from femflex.arrays import Array, Record
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.turns import vector_of, vector_tangent
-from femflex.dynamics.arithmetic.vectors import load9, solve3
 from femflex.dynamics.lowering.layout import BALL_NONE, W_CPQ, W_TAU
+from femflex.kernels.compiled import inner
+from femflex.kernels.turns import vector_of, vector_tangent
+from femflex.kernels.vectors import load9, solve3
 
 
 @inner

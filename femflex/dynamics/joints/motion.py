@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from femflex.arrays import Array, Record
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import fourth, plus, reciprocal, with_fourth
-from femflex.dynamics.arithmetic.pairs import dot_pair, pair, put_pair
-from femflex.dynamics.arithmetic.spatial import free_motion, less_outer, put_six_rows, rows_times, six_rows, with_bias
-from femflex.dynamics.arithmetic.vectors import dot, load3, scale, store_lane, sub
 from femflex.dynamics.lowering.layout import W_ACC, W_BIAS, W_H, W_M, W_PIVOT, W_RESIST, W_TAU, W_U
+from femflex.kernels.compiled import inner
+from femflex.kernels.lanes import fourth, plus, reciprocal, with_fourth
+from femflex.kernels.pairs import dot_pair, pair, put_pair
+from femflex.kernels.spatial import free_motion, less_outer, put_six_rows, rows_times, six_rows, with_bias
+from femflex.kernels.vectors import dot, load3, scale, store_lane, sub
 
 
 @inner

@@ -8,12 +8,12 @@ is what the hinge's wrench does along the freedom, less springs and other laws o
 from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import fourth, offset, plus, with_fourth
-from femflex.dynamics.arithmetic.pairs import dot_pair, pair, put_pair
-from femflex.dynamics.arithmetic.profiles import profile_at
-from femflex.dynamics.arithmetic.spatial import rows_times, six_rows
 from femflex.dynamics.lowering.layout import W_ACC, W_BIAS, W_H, W_M, W_PIVOT, W_TAU, W_U, body_of, header_of, hold_of
+from femflex.kernels.compiled import inner
+from femflex.kernels.lanes import fourth, offset, plus, with_fourth
+from femflex.kernels.pairs import dot_pair, pair, put_pair
+from femflex.kernels.profiles import profile_at
+from femflex.kernels.spatial import rows_times, six_rows
 
 
 @inner

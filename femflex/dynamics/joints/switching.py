@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import pointer
-from femflex.dynamics.arithmetic.symbols import types
-from femflex.dynamics.arithmetic.turns import angles_turn, quaternion_of, quaternion_turn
-from femflex.dynamics.arithmetic.vectors import ZERO, dot, load3, load4, product, scale, store3, store4, transpose
 from femflex.dynamics.joints.ball import ball_coordinates_turn, intrinsic_angles
 from femflex.dynamics.lowering.layout import BALL_MODIFIED, BALL_QUATERNION, BALL_RODRIGUES, W_NEAR, body_of, header_of
+from femflex.kernels.compiled import inner, kernel
+from femflex.kernels.lanes import pointer
+from femflex.kernels.symbols import types
+from femflex.kernels.turns import angles_turn, quaternion_of, quaternion_turn
+from femflex.kernels.vectors import ZERO, dot, load3, load4, product, scale, store3, store4, transpose
 from femflex.system.ball import NEAR
 
 _vector = types.float64[::1]

@@ -9,9 +9,9 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
-from femflex.dynamics.arithmetic.lanes import padded
 from femflex.dynamics.lowering import layout as at
 from femflex.dynamics.lowering.pool import Piece, Pool, Scratch
+from femflex.kernels.lanes import padded
 from femflex.system.variation import COLUMNS, strain_table
 
 ROUNDING = 1e-12  # relative; an elastic mass or stiffness closer than this to its diagonal counts as diagonal

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.arrays import Table
-from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.lowering.layout import HEADER, N_HEADER, header_of, record_reader
+from femflex.kernels.compiled import inner
 
 CLOSING = np.dtype(
     [

@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.arrays import Table
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.pointers import address
-from femflex.dynamics.arithmetic.symbols import INTEGER, extending, types
+from femflex.kernels.compiled import inner
+from femflex.kernels.pointers import address
+from femflex.kernels.symbols import INTEGER, extending, types
 
 HEADER = np.dtype(
     [

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from femflex.arrays import Array, IntArray
 from femflex.body import Marker
-from femflex.dynamics.arithmetic.lanes import padded
 from femflex.dynamics.lowering.layout import BENDS, STAYS, TURNS, VARIES
+from femflex.kernels.lanes import padded
 from femflex.system import System
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic.entries import USER, Entry, entry
+from femflex.kernels.entries import USER, Entry, entry
 
 
 @entry(USER)

@@ -11,9 +11,9 @@ import numba.core.errors
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic.by_length import write_by_length
-from femflex.dynamics.arithmetic.entries import USER, plain_address, plain_array
+from femflex.dynamics.lowering.by_length import write_by_length
 from femflex.dynamics.lowering.tanks import writer
+from femflex.kernels.entries import USER, plain_address, plain_array
 from femflex.system.length_table import LengthTable
 
 _numba: Any = numba  # its annotations do not cover what is used here

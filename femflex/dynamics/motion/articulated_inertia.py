@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from femflex.arrays import Array, Record
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import lane, put_lane
-from femflex.dynamics.arithmetic.pairs import add_pair, wrench_at_origin
-from femflex.dynamics.arithmetic.spatial import Rows, add_rows, shifted_rows, turned_rows, weighted
-from femflex.dynamics.arithmetic.vectors import Vector, load3
 from femflex.dynamics.bodies.columns import six_lanes, wrench_times_columns
 from femflex.dynamics.lowering.layout import W_CIP, W_M, W_R
+from femflex.kernels.compiled import inner
+from femflex.kernels.lanes import lane, put_lane
+from femflex.kernels.pairs import add_pair, wrench_at_origin
+from femflex.kernels.spatial import Rows, add_rows, shifted_rows, turned_rows, weighted
+from femflex.kernels.vectors import Vector, load3
 
 
 @inner

@@ -7,11 +7,11 @@ array whenever forces are written.
 from __future__ import annotations
 
 from femflex.arrays import Array, Table
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import offset
 from femflex.dynamics.forces.calls import apply_terms, call_relax
 from femflex.dynamics.lowering.layout import header_of, term_of
 from femflex.dynamics.motion.equations import place_bodies
+from femflex.kernels.compiled import inner
+from femflex.kernels.lanes import offset
 
 
 @inner

@@ -8,8 +8,6 @@ Compiled apart from `rate`, and only at the first request.
 from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import lane, offset, pointer, put_lane, zero_lane
 from femflex.dynamics.bodies.elastic import write_elastic_block, write_rows
 from femflex.dynamics.bodies.stiffening import add_varying_force
 from femflex.dynamics.forces.calls import write_resistance
@@ -20,6 +18,8 @@ from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states, corr
 from femflex.dynamics.motion.equations import place_bodies
 from femflex.dynamics.motion.recursion import accelerate, reduce_written
 from femflex.dynamics.motion.second_order import CORRECT
+from femflex.kernels.compiled import inner, kernel
+from femflex.kernels.lanes import lane, offset, pointer, put_lane, zero_lane
 
 
 @inner

@@ -7,23 +7,6 @@ length stands at `unit`, laid out as the body's own; `off` leads from a place in
 from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.turns import moving_vector_turn
-from femflex.dynamics.arithmetic.vectors import (
-    ZERO,
-    Matrix,
-    Vector,
-    add,
-    cross,
-    dot,
-    load3,
-    load9,
-    load_rows,
-    scale,
-    sub,
-    turn,
-    turn_back,
-)
 from femflex.dynamics.bodies.flow import DRIFT, FLOW, SPEED
 from femflex.dynamics.bodies.inertia import gradient, twist_of
 from femflex.dynamics.bodies.shapes import combined
@@ -42,6 +25,23 @@ from femflex.dynamics.lowering.layout import (
     header_of,
 )
 from femflex.dynamics.lowering.unit_block import WORKED
+from femflex.kernels.compiled import inner
+from femflex.kernels.turns import moving_vector_turn
+from femflex.kernels.vectors import (
+    ZERO,
+    Matrix,
+    Vector,
+    add,
+    cross,
+    dot,
+    load3,
+    load9,
+    load_rows,
+    scale,
+    sub,
+    turn,
+    turn_back,
+)
 from femflex.system.variation import COLUMNS
 
 

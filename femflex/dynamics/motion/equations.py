@@ -6,9 +6,6 @@ Every function here has one fixed signature over flat arrays, so that nothing is
 from __future__ import annotations
 
 from femflex.arrays import Array, Table
-from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import offset, pointer
-from femflex.dynamics.arithmetic.symbols import types
 from femflex.dynamics.bodies.flow import carry_material
 from femflex.dynamics.bodies.inertia import deform
 from femflex.dynamics.bodies.varying import write_varying_bodies
@@ -18,6 +15,9 @@ from femflex.dynamics.joints.coordinates import coordinate_rates
 from femflex.dynamics.lowering.layout import body_of, header_of
 from femflex.dynamics.motion.kinematics import place_body
 from femflex.dynamics.motion.recursion import accelerate, reduce_to_root
+from femflex.kernels.compiled import inner, kernel
+from femflex.kernels.lanes import offset, pointer
+from femflex.kernels.symbols import types
 
 _vector = types.float64[::1]
 RATE = types.void(types.float64, _vector, _vector, types.int64[::1], _vector, _vector)

@@ -11,13 +11,13 @@ Compiled apart, and only at the first request.
 from __future__ import annotations
 
 from femflex.arrays import Array, Table
-from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import offset, pointer
 from femflex.dynamics.lowering.layout import body_of, header_of
 from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states
 from femflex.dynamics.motion.correction import resisted_accelerations, subtract_rates
 from femflex.dynamics.motion.free_lengths import Z, solve_dense, write_imbalance, write_unit_blocks
 from femflex.dynamics.motion.second_order import CORRECT
+from femflex.kernels.compiled import inner, kernel
+from femflex.kernels.lanes import offset, pointer
 
 STEP_RATIO = 1e-6  # of the rate of a length, by which it is differenced
 LEAST_RATE = 1e-3  # of the length [1/s], added to its rate for this

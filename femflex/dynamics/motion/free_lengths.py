@@ -10,18 +10,18 @@ in these accelerations, so one trial for each and one more find them:
 from __future__ import annotations
 
 from femflex.arrays import Array, Table
-from femflex.dynamics.arithmetic.by_length import write_block
-from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import offset, pointer
 from femflex.dynamics.forces.work_per_length import clear_work_per_length
 from femflex.dynamics.joints.coordinates import coordinate_rates
 from femflex.dynamics.joints.prescribed_motion import prescribed_state
+from femflex.dynamics.lowering.by_length import write_block
 from femflex.dynamics.lowering.layout import body_of, header_of
 from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states, write_auxiliary_rates
 from femflex.dynamics.motion.drum_force import drum_force, strain_force
 from femflex.dynamics.motion.equations import RATE
 from femflex.dynamics.motion.gathering import write_residual
 from femflex.dynamics.motion.prescribed_motion import write_accelerations
+from femflex.kernels.compiled import inner, kernel
+from femflex.kernels.lanes import offset, pointer
 
 SOURCE, Z, SLOT, PICKUP, STRAIN, DRUM_MASS = 7, 8, 9, 10, 11, 12  # of the numbers of a LengthTable
 

@@ -3,21 +3,6 @@
 from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.formula import formula
-from femflex.dynamics.arithmetic.lanes import lane, plus, put_lane, totals, zero_lane
-from femflex.dynamics.arithmetic.pairs import (
-    Pair,
-    dot_four_rows,
-    dot_pair,
-    pair,
-    pair_of,
-    put_pair,
-    wrench_at_origin,
-    zero_pair,
-)
-from femflex.dynamics.arithmetic.spatial import Rows, six_rows
-from femflex.dynamics.arithmetic.vectors import ZERO, add, load3, load9, load_rows, scale, store3, turn, turn_back
 from femflex.dynamics.bodies.columns import columns_times, six_lanes, wrench_times_columns
 from femflex.dynamics.bodies.elastic import write_rows
 from femflex.dynamics.bodies.inertia import accelerate_uniformly, zero_forces
@@ -34,6 +19,21 @@ from femflex.dynamics.lowering.layout import W_ACC, W_BIAS, W_CIN, W_CIP, W_H, W
 from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states
 from femflex.dynamics.motion.equations import place_bodies
 from femflex.dynamics.motion.recursion import accelerate, carry_acceleration, reduce_to_root
+from femflex.kernels.compiled import inner
+from femflex.kernels.formula import formula
+from femflex.kernels.lanes import lane, plus, put_lane, totals, zero_lane
+from femflex.kernels.pairs import (
+    Pair,
+    dot_four_rows,
+    dot_pair,
+    pair,
+    pair_of,
+    put_pair,
+    wrench_at_origin,
+    zero_pair,
+)
+from femflex.kernels.spatial import Rows, six_rows
+from femflex.kernels.vectors import ZERO, add, load3, load9, load_rows, scale, store3, turn, turn_back
 
 
 @inner

@@ -8,9 +8,27 @@ accelerations are those with udot = 0 and a parent that does not accelerate; wha
 from __future__ import annotations
 
 from femflex.arrays import Array, Record
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.turns import axis_turn, quaternion_turn
-from femflex.dynamics.arithmetic.vectors import (
+from femflex.dynamics.bodies.columns import write_marker_columns
+from femflex.dynamics.bodies.shapes import copy_shape_coordinates, markers_motion
+from femflex.dynamics.bodies.slaves import write_slaves
+from femflex.dynamics.joints.ball import ball_turn
+from femflex.dynamics.lowering.layout import (
+    BALL_NONE,
+    BALL_QUATERNION,
+    W_ACC,
+    W_BIAS,
+    W_CIN,
+    W_CIP,
+    W_CPQ,
+    W_H,
+    W_OMEGA,
+    W_POS,
+    W_R,
+    W_VEL,
+)
+from femflex.kernels.compiled import inner
+from femflex.kernels.turns import axis_turn, quaternion_turn
+from femflex.kernels.vectors import (
     UNIT,
     ZERO,
     Matrix,
@@ -30,24 +48,6 @@ from femflex.dynamics.arithmetic.vectors import (
     transpose,
     turn,
     turn_back,
-)
-from femflex.dynamics.bodies.columns import write_marker_columns
-from femflex.dynamics.bodies.shapes import copy_shape_coordinates, markers_motion
-from femflex.dynamics.bodies.slaves import write_slaves
-from femflex.dynamics.joints.ball import ball_turn
-from femflex.dynamics.lowering.layout import (
-    BALL_NONE,
-    BALL_QUATERNION,
-    W_ACC,
-    W_BIAS,
-    W_CIN,
-    W_CIP,
-    W_CPQ,
-    W_H,
-    W_OMEGA,
-    W_POS,
-    W_R,
-    W_VEL,
 )
 
 

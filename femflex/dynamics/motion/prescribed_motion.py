@@ -6,8 +6,6 @@ Compiled apart from `rate`, and only for such models: the others keep their spee
 from __future__ import annotations
 
 from femflex.arrays import Array, Table
-from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import offset, pointer
 from femflex.dynamics.forces.system import write_forces
 from femflex.dynamics.joints.coordinates import coordinate_rates
 from femflex.dynamics.joints.prescribed_motion import add_known_accelerations, prescribed_state
@@ -15,6 +13,8 @@ from femflex.dynamics.lowering.layout import body_of, header_of
 from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states, write_auxiliary_rates
 from femflex.dynamics.motion.equations import RATE, place_bodies
 from femflex.dynamics.motion.recursion import accelerate, reduce_to_root
+from femflex.kernels.compiled import inner, kernel
+from femflex.kernels.lanes import offset, pointer
 
 
 @inner

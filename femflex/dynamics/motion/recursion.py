@@ -8,9 +8,6 @@ integrators, where the modal stiffness only changes the elastic block.
 from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.pairs import lane_vector
-from femflex.dynamics.arithmetic.vectors import ZERO, add, cross, load3, load_rows, store_lane, turn
 from femflex.dynamics.bodies.columns import columns_times
 from femflex.dynamics.bodies.elastic import (
     accelerate_shapes,
@@ -23,6 +20,9 @@ from femflex.dynamics.joints.motion import accelerate_joint, eliminate_joint, re
 from femflex.dynamics.joints.prescribed_motion import accelerate_prescribed, write_prescribed_columns
 from femflex.dynamics.lowering.layout import W_ACC, W_CIP, W_R, body_of, header_of
 from femflex.dynamics.motion.articulated_inertia import add_to_parent_rows
+from femflex.kernels.compiled import inner
+from femflex.kernels.pairs import lane_vector
+from femflex.kernels.vectors import ZERO, add, cross, load3, load_rows, store_lane, turn
 
 
 @inner

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from femflex.arrays import Array, Table
-from femflex.dynamics.arithmetic.compiled import kernel
-from femflex.dynamics.arithmetic.lanes import pointer
 from femflex.dynamics.motion.gathering import write_residual, write_solution
 from femflex.dynamics.motion.second_order import RESIDUAL, SOLVE
+from femflex.kernels.compiled import kernel
+from femflex.kernels.lanes import pointer
 
 
 @kernel(RESIDUAL)

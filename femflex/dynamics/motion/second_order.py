@@ -11,11 +11,11 @@ whose own numbers are the first n_u. Outputs are (n_u,), those of CORRECT (n_u +
 from __future__ import annotations
 
 from femflex.arrays import Array, Table
-from femflex.dynamics.arithmetic.compiled import kernel
-from femflex.dynamics.arithmetic.lanes import pointer
-from femflex.dynamics.arithmetic.symbols import types
 from femflex.dynamics.joints.coordinates import advance_coordinates, coordinate_rates
 from femflex.dynamics.lowering.layout import body_of, header_of
+from femflex.kernels.compiled import kernel
+from femflex.kernels.lanes import pointer
+from femflex.kernels.symbols import types
 
 _vector = types.float64[::1]
 _own = (types.int64[::1], _vector, _vector)  # table, pool, work

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic.lanes import padded
+from femflex.kernels.lanes import padded
 from femflex.system.variation import RATES
 
 

@@ -5,24 +5,6 @@ from __future__ import annotations
 import math
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import lane, plus, total, zero_lane
-from femflex.dynamics.arithmetic.turns import angles_of, quaternion_of
-from femflex.dynamics.arithmetic.vectors import (
-    ZERO,
-    Vector,
-    add,
-    cross,
-    dot,
-    load3,
-    load9,
-    scale,
-    store3,
-    store4,
-    sub,
-    turn,
-    turn_back,
-)
 from femflex.dynamics.bodies.flow import flow_motion
 from femflex.dynamics.bodies.shapes import rows3, rows9, totals3, turning_of, zero_rows3
 from femflex.dynamics.bodies.stiffening import varying_energy, write_varying_stiffness
@@ -44,6 +26,24 @@ from femflex.dynamics.lowering.layout import (
     W_VEL,
     body_of,
     header_of,
+)
+from femflex.kernels.compiled import inner
+from femflex.kernels.lanes import lane, plus, total, zero_lane
+from femflex.kernels.turns import angles_of, quaternion_of
+from femflex.kernels.vectors import (
+    ZERO,
+    Vector,
+    add,
+    cross,
+    dot,
+    load3,
+    load9,
+    scale,
+    store3,
+    store4,
+    sub,
+    turn,
+    turn_back,
 )
 
 ROW_RADIUS, ROW_ANOMALY, ROW_ORBIT, ROW_ANGLES = 0, 1, 2, 6

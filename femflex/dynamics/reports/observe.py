@@ -3,24 +3,6 @@
 from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import offset, pointer
-from femflex.dynamics.arithmetic.symbols import types
-from femflex.dynamics.arithmetic.turns import quaternion_of
-from femflex.dynamics.arithmetic.vectors import (
-    ZERO,
-    Vector,
-    add,
-    cross,
-    load3,
-    load9,
-    scale,
-    store3,
-    store4,
-    sub,
-    transpose,
-    turn_back,
-)
 from femflex.dynamics.bodies.shapes import combined, marker_velocity
 from femflex.dynamics.forces.calls import A_DISSIPATION, A_DRIFT, A_ENERGY, A_SHIFT, A_SUPPLIED, call_report
 from femflex.dynamics.forces.gravity import find_center_of_mass
@@ -35,6 +17,24 @@ from femflex.dynamics.reports.monitors import (
     ROW_SUPPLIED,
     observe_energies,
     shape_motion,
+)
+from femflex.kernels.compiled import inner, kernel
+from femflex.kernels.lanes import offset, pointer
+from femflex.kernels.symbols import types
+from femflex.kernels.turns import quaternion_of
+from femflex.kernels.vectors import (
+    ZERO,
+    Vector,
+    add,
+    cross,
+    load3,
+    load9,
+    scale,
+    store3,
+    store4,
+    sub,
+    transpose,
+    turn_back,
 )
 
 # one row: the fixed part (see monitors), then per body position 3, attitude 4, rate 3; per marker position 3,

@@ -8,13 +8,13 @@ from __future__ import annotations
 import numpy as np
 
 from femflex.arrays import Array, Table
-from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import offset, pointer
 from femflex.dynamics.joints.prescribed_motion import prescribed_state
 from femflex.dynamics.lowering.layout import header_of
 from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states
 from femflex.dynamics.motion.prescribed_motion import write_accelerations
 from femflex.dynamics.reports.observe import OBSERVE
+from femflex.kernels.compiled import inner, kernel
+from femflex.kernels.lanes import offset, pointer
 
 
 @inner

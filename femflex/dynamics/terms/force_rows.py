@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import offset
-from femflex.dynamics.arithmetic.vectors import ZERO, store3
 from femflex.dynamics.bodies.inertia import write_velocity_forces
 from femflex.dynamics.bodies.stiffening import add_varying_force, write_varying_stiffness
 from femflex.dynamics.forces.calls import call_apply
@@ -27,6 +24,9 @@ from femflex.dynamics.terms.rows import (
     SPRINGS,
     TRIAL,
 )
+from femflex.kernels.compiled import inner
+from femflex.kernels.lanes import offset
+from femflex.kernels.vectors import ZERO, store3
 
 
 @inner

@@ -16,9 +16,6 @@ from __future__ import annotations
 import numpy as np
 
 from femflex.arrays import Array, Table
-from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import offset, pointer
-from femflex.dynamics.arithmetic.symbols import types
 from femflex.dynamics.forces.system import clear_forces
 from femflex.dynamics.joints.prescribed_motion import prescribed_state
 from femflex.dynamics.lowering.layout import ORBIT_NONE, header_of
@@ -43,6 +40,9 @@ from femflex.dynamics.terms.rows import (
     n_rows,
 )
 from femflex.dynamics.terms.velocity_rows import split_moving_mass, write_velocity_rows
+from femflex.kernels.compiled import inner, kernel
+from femflex.kernels.lanes import offset, pointer
+from femflex.kernels.symbols import types
 
 _vector, _matrix = types.float64[::1], types.float64[:, ::1]
 LEDGER = types.void(_vector, _matrix, _matrix, _matrix, types.int64[::1], _vector, _vector)

@@ -8,8 +8,6 @@ from __future__ import annotations
 import numpy as np
 
 from femflex.arrays import Array, Table
-from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import offset, pointer
 from femflex.dynamics.joints.coordinates import coordinate_rates
 from femflex.dynamics.joints.prescribed_motion import prescribed_state, write_prescribed_rows
 from femflex.dynamics.lowering.layout import body_of, header_of
@@ -19,6 +17,8 @@ from femflex.dynamics.motion.gathering import write_solution
 from femflex.dynamics.motion.second_order import RESIDUAL
 from femflex.dynamics.terms.ledger import write_terms
 from femflex.dynamics.terms.rows import PRESCRIBED_UDOT, SPARE, n_rows
+from femflex.kernels.compiled import inner, kernel
+from femflex.kernels.lanes import offset, pointer
 
 
 @inner

@@ -10,8 +10,6 @@ from __future__ import annotations
 import numpy as np
 
 from femflex.arrays import Array, Table
-from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import offset, pointer
 from femflex.dynamics.constraints.equations import add_constraint_response
 from femflex.dynamics.constraints.rows import write_rows, write_targets
 from femflex.dynamics.forces.calls import write_resistance
@@ -23,6 +21,8 @@ from femflex.dynamics.motion.gathering import accelerate_body
 from femflex.dynamics.motion.recursion import reduce_to_root
 from femflex.dynamics.terms.reduced import write_reduced_rate
 from femflex.dynamics.terms.rows import SPARE, n_rows
+from femflex.kernels.compiled import inner, kernel
+from femflex.kernels.lanes import offset, pointer
 
 
 @inner

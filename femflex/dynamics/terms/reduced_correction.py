@@ -8,8 +8,6 @@ from __future__ import annotations
 import numpy as np
 
 from femflex.arrays import Array, Table
-from femflex.dynamics.arithmetic.compiled import kernel
-from femflex.dynamics.arithmetic.lanes import offset, pointer
 from femflex.dynamics.joints.prescribed_motion import prescribed_state
 from femflex.dynamics.lowering.constraint_layout import closing_of
 from femflex.dynamics.lowering.layout import header_of
@@ -18,6 +16,8 @@ from femflex.dynamics.motion.residual import solve
 from femflex.dynamics.motion.second_order import CORRECT
 from femflex.dynamics.terms.reduced import reduced_residual
 from femflex.dynamics.terms.reduced_constraints import constrain_freely
+from femflex.kernels.compiled import kernel
+from femflex.kernels.lanes import offset, pointer
 
 
 @kernel(CORRECT)

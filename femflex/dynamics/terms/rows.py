@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from femflex.arrays import Table
-from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.lowering.layout import header_of, term_of
+from femflex.kernels.compiled import inner
 
 # rows of the ledger; those of prescribed freedoms follow, then those of the items of force terms
 INERTIA, QUADRATIC, LINEAR, SPECIFIED = 0, 1, 2, 3

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 from femflex.arrays import Array, Table
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.lanes import offset
-from femflex.dynamics.arithmetic.vectors import ZERO
 from femflex.dynamics.bodies.flow import add_flow_forces
 from femflex.dynamics.bodies.inertia import write_velocity_forces
 from femflex.dynamics.forces.gravity import NO_GRADIENT
@@ -24,6 +21,9 @@ from femflex.dynamics.terms.rows import (
     TRIAL,
     TRIAL_H,
 )
+from femflex.kernels.compiled import inner
+from femflex.kernels.lanes import offset
+from femflex.kernels.vectors import ZERO
 
 
 @inner

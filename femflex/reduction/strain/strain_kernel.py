@@ -9,7 +9,7 @@ import numba.types
 import numpy as np
 
 from femflex.arrays import Array, IntArray
-from femflex.kernels import part_options, stored
+from femflex.kernels.compiled import part_options, stored
 
 types: Any = numba.types  # numba's own annotations do not cover all of it
 njit: Any = numba.njit

@@ -14,8 +14,8 @@ from femflex.arrays import Array
 from femflex.case import Case, read_case
 from femflex.case.campbell import CampbellTable
 from femflex.case.diagrams import spin_problems
-from femflex.case.problems import CaseError, Problem
 from femflex.dynamics import compile_system
+from femflex.noun.problems import CaseError, Problem
 from femflex.studies.campbell.diagram import Campbell, assembled_diagram
 from femflex.studies.campbell.matching import Match
 from femflex.studies.campbell.sweep import Spin, frame_of, spins

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.case.problems import suggestion_text
+from femflex.noun.problems import suggestion_text
 from femflex.system import Controller, Effector, Joint, Load, Profile, System
 from femflex.system.constant_commands import UNIT, stands_for_controller
 from femflex.system.segments import marker_label

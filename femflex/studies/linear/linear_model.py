@@ -16,7 +16,6 @@ from functools import cached_property
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.case.problems import suggestion_text
 from femflex.dynamics.equilibria.equilibrium import Equilibrium
 from femflex.dynamics.equilibria.increments import advanced
 from femflex.dynamics.equilibria.linearised import (
@@ -29,6 +28,7 @@ from femflex.dynamics.equilibria.local_derivative import local_derivative, on_li
 from femflex.dynamics.equilibria.states import effector_states
 from femflex.dynamics.equilibria.system_modes import SystemModes, modes_about
 from femflex.dynamics.model import Model, compile_system
+from femflex.noun.problems import suggestion_text
 from femflex.pipeline.rest import rest_equilibrium, rest_state, rest_system
 from femflex.studies.linear.inputs import Input, default_inputs, inputs_of
 from femflex.studies.linear.space import StateSpace

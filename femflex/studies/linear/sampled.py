@@ -19,12 +19,12 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from femflex.arrays import Array, ComplexArray, IntArray
-from femflex.case.problems import suggestion_text
 from femflex.dynamics.equilibria.increments import advanced
 from femflex.dynamics.equilibria.linearised import free_directions, linearised, usual_sizes
 from femflex.dynamics.equilibria.local_derivative import local_derivative, on_line
 from femflex.dynamics.equilibria.states import effector_states
 from femflex.dynamics.model import Model, compile_system
+from femflex.noun.problems import suggestion_text
 from femflex.pipeline.rest import rest_equilibrium, rest_state, rest_system
 from femflex.system import System
 from femflex.system.constant_commands import is_sampled, with_held_commands

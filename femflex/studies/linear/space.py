@@ -14,7 +14,7 @@ from typing import Any, Self
 import numpy as np
 
 from femflex.arrays import Array, ComplexArray
-from femflex.case.problems import suggestion_text
+from femflex.noun.problems import suggestion_text
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from femflex.case import Case
-from femflex.case.problems import CaseError, Problem
 from femflex.case.stability import RATIOS, AxisTable, StabilityTable
 from femflex.dynamics import compile_system
+from femflex.noun.problems import CaseError, Problem
 from femflex.studies.stability.affine import AffineChart
 from femflex.studies.stability.chart import Chart, stability_chart
 from femflex.studies.stability.gravity_gradient import with_ratios

@@ -15,10 +15,10 @@ from femflex.arrays import Array
 from femflex.case import Case, CaseError, with_values
 from femflex.case.evaluate import column_unit, measured_unit, measured_value
 from femflex.case.measure import OF_SYSTEM, MeasureTable
-from femflex.case.problems import suggestion_text
 from femflex.case.read import parse_case
 from femflex.case.sweep import SweepTable, parse_sweep
 from femflex.integrate import IntegrationError
+from femflex.noun.problems import suggestion_text
 from femflex.pipeline import prepare
 from femflex.pipeline.case_equilibrium import case_modes
 from femflex.pipeline.decisions import resolve_choices

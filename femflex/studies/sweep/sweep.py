@@ -15,11 +15,11 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.case import Case, CaseError, read_case, with_values
 from femflex.case.changed import written_keys
-from femflex.case.problems import Problem
 from femflex.case.read import parse_case
 from femflex.case.sweep import SweepTable, read_sweep, split_number
-from femflex.case.units import UnitError
 from femflex.hdf5 import atomic_hdf5
+from femflex.noun.problems import Problem
+from femflex.noun.units import UnitError
 from femflex.pipeline.file_digests import file_digests
 from femflex.results import FileLock
 from femflex.studies.sweep.design import member_values, sobol_indices_of

@@ -9,7 +9,7 @@ from __future__ import annotations
 from functools import cache
 from importlib import import_module
 
-from femflex.dynamics.arithmetic.entries import Entry
+from femflex.kernels.entries import Entry
 
 MODULES = {
     "wheel": "wheel",

@@ -11,10 +11,10 @@ from __future__ import annotations
 import math
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic.entries import entry
-from femflex.dynamics.arithmetic.profiles import profile_at
-from femflex.dynamics.arithmetic.vectors import dot, load3, scale, store3, sub
 from femflex.dynamics.effectors.effector_functions import ACT
+from femflex.kernels.entries import entry
+from femflex.kernels.profiles import profile_at
+from femflex.kernels.vectors import dot, load3, scale, store3, sub
 
 STIFFNESS, DAMPING, PROFILE = 0, 1, 2  # parameters
 VELOCITY, CHANNEL = 24, 12  # of two markers

@@ -10,9 +10,9 @@ from __future__ import annotations
 import math
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic.entries import entry
-from femflex.dynamics.arithmetic.vectors import add, dot, load3, scale, store3, sub
 from femflex.dynamics.effectors.effector_functions import ACT
+from femflex.kernels.entries import entry
+from femflex.kernels.vectors import add, dot, load3, scale, store3, sub
 
 COUNT, STIFFNESS, DAMPING, TOTAL, LENGTHS = 0, 1, 2, 3, 4  # parameters
 

@@ -13,11 +13,11 @@ from __future__ import annotations
 import math
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.entries import entry
-from femflex.dynamics.arithmetic.vectors import Vector, add, cross, dot, load3, load9, scale, store3, sub, turn
 from femflex.dynamics.effectors.built_in.wheel import ATTITUDE, INPUT, RATE, limited
 from femflex.dynamics.effectors.effector_functions import ACT
+from femflex.kernels.compiled import inner
+from femflex.kernels.entries import entry
+from femflex.kernels.vectors import Vector, add, cross, dot, load3, load9, scale, store3, sub, turn
 
 # parameters, as femflex.system.gimbals lays them
 COUNT, MOMENTUM, GIMBAL_INERTIA, BANDWIDTH, OUTER, INNER, SPIN, OWN = 0, 1, 2, 3, 4, 7, 10, 13

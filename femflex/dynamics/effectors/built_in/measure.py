@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.entries import entry
-from femflex.dynamics.arithmetic.vectors import (
+from femflex.dynamics.effectors.built_in.gimbals import rotated
+from femflex.dynamics.effectors.effector_functions import ACT
+from femflex.kernels.compiled import inner
+from femflex.kernels.entries import entry
+from femflex.kernels.vectors import (
     Matrix,
     Vector,
     add,
@@ -23,8 +25,6 @@ from femflex.dynamics.arithmetic.vectors import (
     turn,
     turn_back,
 )
-from femflex.dynamics.effectors.built_in.gimbals import rotated
-from femflex.dynamics.effectors.effector_functions import ACT
 
 # parameters, as femflex.system.sensor lays them: kind, number of markers, bias (3), then own numbers
 KIND, MARKERS, BIAS, OWN = 0, 1, 2, 5

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic.entries import entry
-from femflex.dynamics.arithmetic.vectors import dot, load3, scale, store3, sub
 from femflex.dynamics.effectors.effector_functions import ACT
+from femflex.kernels.entries import entry
+from femflex.kernels.vectors import dot, load3, scale, store3, sub
 
 STIFFNESS, LENGTH = 0, 1  # parameters
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.entries import entry
 from femflex.dynamics.effectors.effector_functions import ACT
+from femflex.kernels.compiled import inner
+from femflex.kernels.entries import entry
 
 # parameters, as femflex.system.signal lays them
 KIND, COUNT, TABLE = 0, 1, 2

@@ -17,10 +17,10 @@ The kinetic energy that the mass had in its tank leaves the model: it is taken o
 from __future__ import annotations
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic.entries import entry
-from femflex.dynamics.arithmetic.vectors import ZERO, add, dot, load3, load9, scale, store3, sub, turn
 from femflex.dynamics.effectors.built_in.signals import step_of
 from femflex.dynamics.effectors.effector_functions import ACT
+from femflex.kernels.entries import entry
+from femflex.kernels.vectors import ZERO, add, dot, load3, load9, scale, store3, sub, turn
 
 # parameters of a thruster, as femflex.system.thruster lays them
 DIRECTION, THRUST, EXIT, LAG, KIND, FEED, TANKED, GYRATION, COUNT, TABLE = 0, 3, 4, 5, 6, 7, 8, 9, 10, 11

@@ -14,10 +14,10 @@ from __future__ import annotations
 import math
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.entries import entry
-from femflex.dynamics.arithmetic.vectors import ZERO, cross, dot, load3, load9, scale, store3, sub, turn
 from femflex.dynamics.effectors.effector_functions import ACT
+from femflex.kernels.compiled import inner
+from femflex.kernels.entries import entry
+from femflex.kernels.vectors import ZERO, cross, dot, load3, load9, scale, store3, sub, turn
 
 # parameters, as femflex.system.wheel lays them
 AXIS, INERTIA, GIVEN, COMMAND, SERVO, TORQUE, SPEED, TAPER, VISCOUS, COULOMB, CREEP = 0, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12

@@ -9,8 +9,8 @@ is right to second order in all and to third in the slopes: those of an axis tha
 
 from __future__ import annotations
 
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.vectors import Matrix, Vector, add, cross, dot, scale, sub
+from femflex.kernels.compiled import inner
+from femflex.kernels.vectors import Matrix, Vector, add, cross, dot, scale, sub
 
 
 @inner

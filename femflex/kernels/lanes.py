@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic import pointers
-from femflex.dynamics.arithmetic.formula import formula
-from femflex.dynamics.arithmetic.symbols import LANE, NUMBER, WIDTH, Symbol, index, indices, ir
+from femflex.kernels import pointers
+from femflex.kernels.formula import formula
+from femflex.kernels.symbols import LANE, NUMBER, WIDTH, Symbol, index, indices, ir
 
 Lane = Any
 Lanes = tuple[Lane, ...]

@@ -14,8 +14,8 @@ from typing import Annotated, Any
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from femflex.case.problems import suggestion_text
-from femflex.case.units import UnitError, example, quantity_noun, to_si
+from femflex.noun.problems import suggestion_text
+from femflex.noun.units import UnitError, example, quantity_noun, to_si
 
 MOST_FUNCTIONS = 1000  # for one field of a beam; more functions equal each other to rounding
 FARTHEST = 1e12  # m, of a position: seven times the distance of the Sun
@@ -56,7 +56,7 @@ def _as_validator(read_value: Callable[[Any], Any]) -> Callable[[Any], Any]:
 class Quantity(_Readable):
     """A number, vector or table of numbers with one unit, within bounds.
 
-    unit   key of femflex.case.units.NOUNS; plain numbers are in it
+    unit   key of femflex.noun.units.NOUNS; plain numbers are in it
     shape  () for a number, (3,) for a vector, (None, 3) for rows of three
     above, below  bounds not reached; least, most  bounds that may be reached
     """

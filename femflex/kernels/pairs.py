@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic.formula import formula
-from femflex.dynamics.arithmetic.lanes import Lane, cross_lane, entry, lane, lane_of, put_lane, total, totals, zero_lane
-from femflex.dynamics.arithmetic.vectors import Vector
+from femflex.kernels.formula import formula
+from femflex.kernels.lanes import Lane, cross_lane, entry, lane, lane_of, put_lane, total, totals, zero_lane
+from femflex.kernels.vectors import Vector
 
 Pair = tuple[Lane, ...]
 

@@ -7,8 +7,8 @@ A vector is (x, y, z), a matrix nine numbers row by row; each may as well be a l
 from __future__ import annotations
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic.formula import formula
-from femflex.dynamics.arithmetic.lanes import lane_of, put_lane
+from femflex.kernels.formula import formula
+from femflex.kernels.lanes import lane_of, put_lane
 
 Vector = tuple[float, float, float]
 Four = tuple[float, float, float, float]

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.vectors import Vector
+from femflex.kernels.compiled import inner
+from femflex.kernels.vectors import Vector
 
 HEAD = 5
 

@@ -34,7 +34,7 @@ import numba.core.caching
 import numba.core.compiler
 import numba.core.serialize
 
-from femflex.kernel_digest import PACKAGE, kernel_digest, versions_digest
+from femflex.kernels.digest import PACKAGE, kernel_digest, versions_digest
 from femflex.warning import CacheWarning
 
 CHECKSUM_BYTES = 32
@@ -116,7 +116,7 @@ def compile_ahead(kernels: Iterable[Any]) -> None:
         command = [
             sys.executable,
             "-c",
-            "import sys; from femflex.kernel_cache import compile_named as c; c(sys.argv[1:])",
+            "import sys; from femflex.kernels.cache import compile_named as c; c(sys.argv[1:])",
         ]
         devnull = subprocess.DEVNULL
         with contextlib.suppress(OSError):

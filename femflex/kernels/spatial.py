@@ -10,10 +10,10 @@ from __future__ import annotations
 from typing import Any
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic.formula import formula
-from femflex.dynamics.arithmetic.lanes import cross_lane, lane, lane_of, put_lane, reciprocal, with_fourth
-from femflex.dynamics.arithmetic.pairs import SLOTS, Pair, dot_pair, pair, put_pair, six_of
-from femflex.dynamics.arithmetic.vectors import Matrix, Vector
+from femflex.kernels.formula import formula
+from femflex.kernels.lanes import cross_lane, lane, lane_of, put_lane, reciprocal, with_fourth
+from femflex.kernels.pairs import SLOTS, Pair, dot_pair, pair, put_pair, six_of
+from femflex.kernels.vectors import Matrix, Vector
 
 Rows = tuple[Pair, ...]
 Six = tuple[float, float, float, float, float, float]

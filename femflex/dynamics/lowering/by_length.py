@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.entries import USER, entry
-from femflex.dynamics.arithmetic.lanes import lane, put_lane
-from femflex.dynamics.arithmetic.profiles import profile_at
-from femflex.dynamics.arithmetic.vectors import Vector
+from femflex.kernels.compiled import inner
+from femflex.kernels.entries import USER, entry
+from femflex.kernels.lanes import lane, put_lane
+from femflex.kernels.profiles import profile_at
+from femflex.kernels.vectors import Vector
 from femflex.system.length_table import HEAD, WIDTH
 
 

@@ -21,8 +21,8 @@ import llvmlite
 import numba
 import numpy as np
 
-PACKAGE = Path(__file__).resolve().parent
-COMPILERS = ("kernels.py", "kernel_cache.py", "kernel_linking.py", "numba_interfaces.py")  # every kernel needs them
+PACKAGE = Path(__file__).resolve().parents[1]
+COMPILERS = [f"kernels/{name}.py" for name in ("compiled", "cache", "linking", "numba_interfaces")]  # all need them
 OPTIONS = (  # of Numba, from NUMBA_... variables, that change the code
     "BOUNDSCHECK",
     "DEBUGINFO_DEFAULT",

@@ -8,7 +8,7 @@ import llvmlite.ir
 import numba.extending
 import numpy as np
 
-from femflex.dynamics.arithmetic import pointers
+from femflex.kernels import pointers
 
 types: Any = numba.types  # these libraries are not annotated throughout
 extending: Any = numba.extending

@@ -1,6 +1,6 @@
 """Check that Numba's internal interfaces are those by which femflex compiles and stores its kernels.
 
-femflex links the parts of a kernel into one piece and stores its machine code (`kernel_linking`, `kernel_cache`). Both
+femflex links the parts of a kernel into one piece and stores its machine code (`linking`, `cache`). Both
 use classes of Numba that may change without notice. Where these are not the expected ones, every kernel is compiled by
 plain `numba.njit`: the numbers are the same to rounding, but every process compiles anew and takes more time. The
 environment variable FEMFLEX_PLAIN_NUMBA=1 selects plain Numba.

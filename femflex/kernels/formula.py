@@ -17,8 +17,8 @@ from typing import Any, TypeVar
 import numba.core.cgutils
 import numba.core.typing.templates
 
-from femflex.dynamics.arithmetic.pointers import pointer_to
-from femflex.dynamics.arithmetic.symbols import INTEGER, LANE, NUMBER, Symbol, extending, ir, kind_of, lane_type, types
+from femflex.kernels.pointers import pointer_to
+from femflex.kernels.symbols import INTEGER, LANE, NUMBER, Symbol, extending, ir, kind_of, lane_type, types
 
 cgutils: Any = numba.core.cgutils
 templates: Any = numba.core.typing.templates

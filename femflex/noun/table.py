@@ -9,8 +9,8 @@ from typing import Annotated, Any, NoReturn
 from pydantic import BaseModel, ConfigDict, StringConstraints
 from pydantic_core import PydanticCustomError
 
-from femflex.case.values import Angles, Matrix, Quantity, ValueProblem, _Readable, value_text
-from femflex.system.names import PATTERN
+from femflex.noun.names import PATTERN
+from femflex.noun.values import Angles, Matrix, Quantity, ValueProblem, _Readable, value_text
 
 Name = Annotated[str, StringConstraints(pattern=rf"^{PATTERN}$")]  # becomes a path in the result file
 

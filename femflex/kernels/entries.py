@@ -18,8 +18,8 @@ import numba.core.typing.templates
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.arithmetic.symbols import extending, ir, types
-from femflex.kernels import plain, stored
+from femflex.kernels.compiled import plain, stored
+from femflex.kernels.symbols import extending, ir, types
 
 templates: Any = numba.core.typing.templates
 _numba: Any = numba  # its annotations do not cover what is used here

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import math
 
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.formula import formula
-from femflex.dynamics.arithmetic.lanes import cosine, sine
-from femflex.dynamics.arithmetic.vectors import Four, Matrix, Vector, add, cross, dot, product, scale, solve3, turn_back
+from femflex.kernels.compiled import inner
+from femflex.kernels.formula import formula
+from femflex.kernels.lanes import cosine, sine
+from femflex.kernels.vectors import Four, Matrix, Vector, add, cross, dot, product, scale, solve3, turn_back
 
 SERIES_ANGLE = 0.05  # rad; below it the quotients of a rotation vector's tangent are series, error under 1e-17
 
