@@ -240,7 +240,7 @@ MOTIONS = """A motion is `"free"`, `"locked"` (at its initial value), a value, o
 
 def motion_kinds() -> str:
     """The kinds of motion with their keys."""
-    from femflex.case.motion import KEYS, MEANINGS, NEEDED
+    from femflex.system.motion import KEYS, MEANINGS, NEEDED
 
     rows = []
     for kind, keys in KEYS.items():

@@ -1,6 +1,6 @@
 """Build the effectors of a case, and add its wheels and propellant to the bodies that carry them.
 
-Effectors are wheels, gyros, thrusters, tanks, separation springs, cables, sensors and controllers.
+Sensors and controllers have builders here; all others are nouns of femflex.effectors.
 """
 
 from __future__ import annotations
@@ -16,36 +16,11 @@ from femflex.body import FlexibleBody
 from femflex.case import controller as tables
 from femflex.case.case import Case
 from femflex.case.sensor import SensorTable
-from femflex.case.thruster import TankTable, ThrusterTable
-from femflex.case.wheel import CableTable, GyroTable, WheelTable
+from femflex.effectors import Sampling, Sensor, blocks, strain_sensor
+from femflex.effectors.noun import UNLIMITED
 from femflex.noun.problems import CaseError, Problem, suggestion_text
-from femflex.system import (
-    Controller,
-    Effector,
-    Part,
-    Sampling,
-    Sensor,
-    Supply,
-    Variation,
-    blocks,
-    cable,
-    control_moment_gyro,
-    pulse_train,
-    reaction_wheel,
-    separation_spring,
-    signal,
-    strain_sensor,
-    tank,
-    tank_variation,
-    thruster,
-    with_attached,
-    with_wheel,
-    without_axial_inertia,
-)
-from femflex.system.segments import body_of_part, body_with_marker, with_body_of_part
-from femflex.system.wheel import UNLIMITED
-
-Acting = Effector | Controller
+from femflex.system import Part, Variation
+from femflex.system.acting import Acting, Context, acting_on, variations_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,55 +38,42 @@ def build_craft(case: Case, parts: Mapping[str, Part]) -> Craft:
     Raises CaseError with the problems of all tables together.
     """
     problems: list[Problem] = []
-    bodies = dict(parts)
+    headings = {name: f"{heading}.{name}" for heading, named in case.effectors.items() for name in named}
+    nouns = {name: noun for named in case.effectors.values() for name, noun in named.items()}
+    problems += [
+        Problem(f"{heading}.{name}", f"found the name {name!r} a second time; {headings[name]} has it already")
+        for heading, named in case.effectors.items()
+        for name in named
+        if headings[name] != f"{heading}.{name}"
+    ]
 
-    def try_build(where: str, make: Callable[..., Any], *arguments: Any) -> Any:
+    def attempt(name: str, make: Callable[..., Any], *arguments: Any) -> Any:
         try:
             return make(*arguments)
         except (ValueError, KeyError) as error:
-            problems.append(Problem(where, str(error.args[0])))
+            problems.append(Problem(headings.get(name, name), str(error.args[0])))
             return None
 
-    effectors: list[Acting | None] = []
-    for name, s in case.signals.items():
-        effectors.append(try_build(f"signals.{name}", signal, name, s.times, s.values, s.kind, s.unit))
+    effectors: list[Acting] = []
     for name, sensor in case.sensors.items():
-        effectors += try_build(f"sensors.{name}", build_sensor, name, sensor, bodies) or ()
+        effectors += attempt(f"sensors.{name}", build_sensor, name, sensor, parts) or ()
     for name, table in case.controllers.items():
-        effectors.append(try_build(f"controllers.{name}", build_controller, case, name, table))
-    for name, wheel in case.wheels.items():
-        effector = try_build(f"wheels.{name}", build_wheel, name, wheel)
-        effectors.append(effector)
-        if effector is not None and wheel.body in bodies:
-            with_wheel_added = try_build(f"wheels.{name}", with_wheel_inertia, bodies[wheel.body], wheel, effector)
-            bodies[wheel.body] = with_wheel_added or bodies[wheel.body]
-    for name, gyro in case.gyros.items():
-        effectors.append(try_build(f"gyros.{name}", build_gyro, name, gyro))
-    for name, jet in case.thrusters.items():
-        effectors.append(try_build(f"thrusters.{name}", build_thruster, case, name, jet))
-    for name, store in case.tanks.items():
-        users = [key for key, jet in case.thrusters.items() if jet.tank == name]
-        effectors.append(try_build(f"tanks.{name}", tank, name, store.propellant, users))
-        if store.mass_in_body == "added" and store.body in bodies:
-            bodies[store.body] = (
-                try_build(f"tanks.{name}", with_propellant, bodies[store.body], store) or bodies[store.body]
-            )
-    for name, spring in case.separations.items():
-        ends = ((spring.parent, spring.parent_marker), (spring.body, spring.marker))
-        effectors.append(
-            try_build(f"separations.{name}", separation_spring, name, ends, spring.stiffness, spring.length)
-        )
-    for name, line in case.cables.items():
-        if line.mass_per_length is not None:
-            continue  # its point masses are placed between its ends later (`femflex.pipeline.start`)
-        effectors.append(try_build(f"cables.{name}", build_cable, case, name, line))
-    built = tuple(effector for effector in effectors if effector is not None)
+        controller = attempt(f"controllers.{name}", build_controller, case, name, table)
+        effectors += () if controller is None else (controller,)
+    acting, bodies = acting_on(parts, nouns, Context(nouns, case.path.parent), attempt)
+    built = (*effectors, *acting)
     problems += [] if problems else signal_problems(case, built)
-    tanks = {name: store for name, store in case.tanks.items() if store.body in bodies}
-    varying = (try_build("tanks", tank_variations, bodies, tanks) or {}) if not problems else {}
+    tanks = {name: noun for name, noun in nouns.items() if getattr(noun, "body", "") in bodies}
+    varying = (attempt("tanks", variations_of, bodies, tanks) or {}) if not problems else {}
     if problems:
         raise CaseError(case.path.name, problems)
     return Craft(built, bodies, varying)
+
+
+def craft_notes(case: Case) -> list[str]:
+    """Sentences on the mass and inertia that effectors add to their bodies, or take out of them."""
+    notes = [noun.note(name) for named in case.effectors.values() for name, noun in named.items()]
+    return [note for note in notes if note]
 
 
 def single_body(part: Part) -> FlexibleBody:
@@ -122,100 +84,6 @@ def single_body(part: Part) -> FlexibleBody:
             "leave the segments out, or report the stress (`femflex stress`)"
         )
     return part
-
-
-def build_wheel(name: str, table: WheelTable) -> Effector:
-    """The reaction wheel of a table. Raises ValueError."""
-    command: dict[str, Any] = {}
-    if table.command is not None:
-        command = {table.commanded: table.command}
-    elif table.speed is not None:
-        command = {"speed": table.speed}
-    else:
-        command = {"torque": table.torque or 0.0}
-    keys = ("marker", "axis", "bandwidth", "initial_speed", "viscous", "coulomb", "coulomb_speed")
-    limits = {key: getattr(table, key) for key in ("max_torque", "max_speed") if getattr(table, key) is not None}
-    options: dict[str, Any] = {key: getattr(table, key) for key in keys}
-    return reaction_wheel(name, table.body, table.inertia, **command, **limits, **options)
-
-
-def with_wheel_inertia(part: Part, table: WheelTable, wheel: Effector) -> Part:
-    """The body with the mass and inertia of a wheel added, or with the wheel's axial inertia removed.
-
-    The inertia is removed where the table says that the body contains the wheel.
-    Raises ValueError, and KeyError for an unknown marker.
-    """
-    body = body_of_part(part, table.marker)
-    if table.inertia_in_body == "contained":
-        changed = without_axial_inertia(body, wheel)
-    else:
-        changed = with_wheel(body, wheel, table.mass or 0.0, table.transverse_inertia or 0.0)
-    return with_body_of_part(part, table.marker, changed)
-
-
-def with_propellant(part: Part, table: TankTable) -> Part:
-    """The body with the propellant of a tank added. Raises ValueError, and KeyError for an unknown marker."""
-    inertia = table.propellant * table.gyration**2 * np.eye(3)
-    changed = with_attached(body_of_part(part, table.marker), table.marker, table.propellant, inertia)
-    return with_body_of_part(part, table.marker, changed)
-
-
-def tank_variations(parts: Mapping[str, Part], tanks: Mapping[str, TankTable]) -> dict[str, Variation]:
-    """The variable mass of every body, or segment, with tanks as these are emptied. Raises ValueError."""
-    tanks_of_body: dict[str, dict[str, tuple[str, float, float]]] = {}
-    carriers: dict[str, FlexibleBody] = {}
-    for name, table in tanks.items():
-        key = body_with_marker(parts, table.body, table.marker)
-        carriers[key] = body_of_part(parts[table.body], table.marker)
-        tanks_of_body.setdefault(key, {})[name] = (table.marker, table.propellant, table.gyration)
-    return {key: tank_variation(carriers[key], body_tanks) for key, body_tanks in tanks_of_body.items()}
-
-
-def build_cable(case: Case, name: str, table: CableTable) -> Effector:
-    """The cable of a table. Raises ValueError, and OSError for a file of its length that cannot be read."""
-    length = table.length.profile
-    if length is None:
-        raise ValueError("found a length that is locked; give its value")
-    ends = ((table.parent, table.parent_marker), (table.body, table.marker))
-    return cable(name, ends, length(case.path.parent), table.EA, table.damping)
-
-
-def build_gyro(name: str, table: GyroTable) -> Effector:
-    """The control-moment gyro of a table. Raises ValueError."""
-    keys = (
-        "marker",
-        "gimbal_axis",
-        "spin_axis",
-        "inner_axis",
-        "rates",
-        "angles",
-        "gain",
-        "gimbal_inertia",
-        "bandwidth",
-    )
-    options: dict[str, Any] = {key: getattr(table, key) for key in keys}
-    options["initial_angles"] = table.initial_angles or ()
-    for key in ("max_rate", "max_torque"):
-        options[key] = getattr(table, key) or UNLIMITED
-    return control_moment_gyro(name, table.body, table.momentum, **options)
-
-
-def build_thruster(case: Case, name: str, table: ThrusterTable) -> Effector:
-    """The thruster of a table. Raises ValueError."""
-    supply = None
-    if table.tank is not None:
-        if table.tank not in case.tanks:
-            raise ValueError(
-                f"found tank {table.tank!r}, which is not in [tanks]; {suggestion_text(table.tank, case.tanks)}"
-            )
-        store = case.tanks[table.tank]
-        supply = Supply(table.tank, store.body, store.marker, store.gyration)
-    train = table.train
-    pulses = table.pulses if train is None else pulse_train(train.start, train.period, train.width, train.count)
-    profile = None if table.profile is None else (table.profile.times, table.profile.levels)
-    keys = ("marker", "axis", "misalignment", "command", "switched", "lag", "minimum_on", "specific_impulse")
-    options: dict[str, Any] = {key: getattr(table, key) for key in keys}
-    return thruster(name, table.body, table.thrust, pulses=pulses, profile=profile, supply=supply, **options)
 
 
 def build_sensor(name: str, table: SensorTable, bodies: Mapping[str, Part]) -> tuple[Acting, ...]:
@@ -341,10 +209,10 @@ def signals_of(case: Case, names: list[str], path: tuple[str, ...] = ()) -> list
             out += [f"{name}.{output}" for output in sensor_outputs(case.sensors[name])]
         elif name in case.controllers:
             out += [f"{name}.{output}" for output in controller_outputs(case, name, path)]
-        elif name in case.signals:
+        elif name in case.effectors["signals"]:
             out.append(f"{name}.value")
         else:
-            names_of_sources = [*case.sensors, *case.controllers, *case.signals]
+            names_of_sources = [*case.sensors, *case.controllers, *case.effectors["signals"]]
             raise ValueError(
                 f"found {name!r}, which is no sensor, controller or signal; {suggestion_text(name, names_of_sources)}"
             )
@@ -376,23 +244,3 @@ def controller_outputs(case: Case, name: str, path: tuple[str, ...] = ()) -> lis
     as_many = isinstance(table, tables.PdTable | tables.PidTable | tables.LowPassTable | tables.NotchTable)
     n = len(signals_of(case, table.inputs, (*path, name))) if as_many else 0
     return default_outputs(len(linear_block(table, n).D))
-
-
-def craft_notes(case: Case) -> list[str]:
-    """Sentences on the mass and inertia that wheels and tanks add to their bodies, or remove from them."""
-    out = []
-    for name, wheel in case.wheels.items():
-        if wheel.inertia_in_body == "contained":
-            out.append(
-                f"Wheel {name} is contained in {wheel.body}: its axial inertia of {wheel.inertia:g} kg m^2 was taken "
-                "out of the body's."
-            )
-        else:
-            out.append(
-                f"Wheel {name} was added to {wheel.body}: mass {wheel.mass:g} kg, transverse inertia "
-                f"{wheel.transverse_inertia:g} kg m^2."
-            )
-    for name, store in case.tanks.items():
-        what = "is contained in the mass of" if store.mass_in_body == "contained" else "was added to"
-        out.append(f"Propellant of tank {name}, {store.propellant:g} kg, {what} {store.body}.")
-    return out

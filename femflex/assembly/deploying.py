@@ -18,7 +18,6 @@ from femflex.body import FlexibleBody
 from femflex.case.body import BodyTable
 from femflex.case.case import Case
 from femflex.case.deploying import SHEETS, DeployingFunctionsTable, DeployingTable, ReelTable
-from femflex.case.motion import Motion
 from femflex.deployment import (
     DeployingBody,
     DeployingLine,
@@ -39,6 +38,7 @@ from femflex.noun.problems import CaseError, Problem
 from femflex.reduction import BeamFunctions
 from femflex.reduction.origin import Deployed, Fields, Origin
 from femflex.system import Profile, System, Variation
+from femflex.system.motion import Motion
 from femflex.warning import PhysicsWarning
 
 MORE = 8  # additional polynomials of each field, to assess the functions of a member

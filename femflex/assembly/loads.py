@@ -10,12 +10,12 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.case.case import Case
-from femflex.case.columns import csv_rows, finite
 from femflex.case.load import LoadTable
 from femflex.noun.problems import CaseError, Problem, suggestion_text
 from femflex.noun.units import UnitError, to_si
 from femflex.noun.values import counted_noun
 from femflex.system import Load
+from femflex.system.columns import csv_rows, finite
 
 COLUMNS = {"time": "s", **dict.fromkeys(("fx", "fy", "fz"), "N"), **dict.fromkeys(("tx", "ty", "tz"), "N m")}
 

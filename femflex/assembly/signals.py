@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 from femflex.case.case import Case
 from femflex.noun.problems import Problem, suggestion_text
 from femflex.system import Controller, Effector
 from femflex.system.effector import ACCOUNTS
 
-KINDS = ("controllers", "sensors", "wheels", "gyros", "thrusters")
 KEYS = ("command", "rates", "angles", "slew_angle", "signal", "inputs", "error", "rate", "momentum")
 REPORTED = ("effort", "power", *ACCOUNTS)  # of every effector, for sampled controllers and sensors
 
@@ -30,7 +30,7 @@ def signal_problems(case: Case, effectors: Sequence[Effector | Controller]) -> l
     ]
     internal_signals = {f"{effector.name}.{output}" for effector in effectors for output in REPORTED}
     internal_signals |= {name for effector in effectors for name, _ in effector.state_names()}
-    cable_prefixes = tuple(f"{name}." for name in case.cables)  # cables with mass are built later
+    cable_prefixes = tuple(f"{name}." for name in case.effectors["cables"])  # cables with mass are built later
     return [
         Problem(where, f"found {name!r}, which is no signal; {_suggestion(case, name, signals)}")
         for where, name in requested_signals(case)
@@ -41,15 +41,16 @@ def signal_problems(case: Case, effectors: Sequence[Effector | Controller]) -> l
 def _suggestion(case: Case, name: str, signals: Sequence[str]) -> str:
     """A suggestion, as part of a sentence: an output of the table of that name, or the most similar signal."""
     outputs = [signal for signal in signals if signal.startswith(f"{name}.")]
-    likely = f"{name}.value" if name in case.signals else outputs[0] if outputs else ""
+    likely = f"{name}.value" if name in case.effectors["signals"] else outputs[0] if outputs else ""
     return f"did you mean {likely!r}?" if likely else suggestion_text(name, signals)
 
 
 def requested_signals(case: Case) -> Iterator[tuple[str, str]]:
     """Key path and name of every signal that a table uses, but names that stand for all outputs of a table."""
-    sources = {*case.sensors, *case.controllers, *case.signals}
-    for kind in KINDS:
-        for label, table in getattr(case, kind).items():
+    sources = {*case.sensors, *case.controllers, *case.effectors["signals"]}
+    tables: dict[str, Mapping[str, Any]] = {"controllers": case.controllers, "sensors": case.sensors, **case.effectors}
+    for kind, named in tables.items():
+        for label, table in named.items():
             for key in KEYS:
                 value = getattr(table, key, None)
                 for name in value if isinstance(value, list | tuple) else [value]:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, PrivateAttr, model_validator
+from pydantic import Field, PrivateAttr, create_model, model_validator
 
 from femflex.case.body import Body
 from femflex.case.campbell import CampbellTable
@@ -23,8 +24,8 @@ from femflex.case.section import Material, Section
 from femflex.case.sensor import SensorTable
 from femflex.case.sight import SightTable
 from femflex.case.stability import StabilityTable
-from femflex.case.thruster import TankTable, ThrusterTable
-from femflex.case.wheel import CableTable, GyroTable, SeparationTable, SignalTable, WheelTable
+from femflex.effectors.noun import EffectorNoun
+from femflex.effectors.registry import nouns
 from femflex.noun.table import Name, Table, refuse
 
 
@@ -63,24 +64,10 @@ class Case(Table):
     """Forces and torques at markers."""
     sights: list[SightTable] = Field(default_factory=list)
     """Lines of sight to a ground station."""
-    signals: dict[Name, SignalTable] = Field(default_factory=dict)
-    """Numbers over time, inputs of actuators and controllers, by name."""
     sensors: dict[Name, SensorTable] = Field(default_factory=dict)
     """Sensors by name."""
     controllers: dict[Name, Controller] = Field(default_factory=dict)
     """Controllers by name."""
-    wheels: dict[Name, WheelTable] = Field(default_factory=dict)
-    """Reaction and momentum wheels by name."""
-    gyros: dict[Name, GyroTable] = Field(default_factory=dict)
-    """Control-moment gyros by name."""
-    thrusters: dict[Name, ThrusterTable] = Field(default_factory=dict)
-    """Thrusters by name."""
-    tanks: dict[Name, TankTable] = Field(default_factory=dict)
-    """Tanks by name."""
-    separations: dict[Name, SeparationTable] = Field(default_factory=dict)
-    """Separation springs by name."""
-    cables: dict[Name, CableTable] = Field(default_factory=dict)
-    """Cables between two bodies by name."""
     initial: StartTable | None = None
     """Initial state of the whole craft, in place of that of joints, bodies and [attitude]."""
     pictures: PicturesTable | None = None
@@ -100,6 +87,11 @@ class Case(Table):
     _parts: dict[str, Any] = PrivateAttr(
         default_factory=dict
     )  # the tables as they were read; those of a copy may differ
+
+    @property
+    def effectors(self) -> dict[str, dict[str, EffectorNoun]]:
+        """Heading -> name -> noun of every effector that a registered noun describes."""
+        return {heading: getattr(self, heading) for heading in nouns() if hasattr(self, heading)}
 
     @model_validator(mode="after")
     def _orbit_keys_need_an_orbit(self) -> Case:
@@ -137,3 +129,22 @@ class Case(Table):
     def file_path(self, name: str) -> Path:
         """The path of a file named in the case."""
         return self._path.parent / name
+
+
+def case_class() -> type[Case]:
+    """The class of cases that have tables of all effectors that are registered now."""
+    return _case_class(tuple(nouns().items()))
+
+
+@cache
+def _case_class(kinds: tuple[tuple[str, type[EffectorNoun]], ...]) -> type[Case]:
+    fields: dict[str, Any] = {
+        heading: (dict[Name, kind], Field(default_factory=dict, description=_heading_text(kind)))  # type: ignore[valid-type]
+        for heading, kind in kinds
+    }
+    return create_model("Case", __base__=Case, **fields)
+
+
+def _heading_text(kind: type[EffectorNoun]) -> str:
+    """The first sentence of a noun, as the description of its tables."""
+    return " ".join((kind.__doc__ or "").split()).partition(". ")[0].rstrip(".") + "; by name."

@@ -10,6 +10,9 @@ from femflex.case.body import RigidTable
 from femflex.case.case import Case
 from femflex.case.controller import AttitudeFeedbackTable, LowPassTable, NotchTable, PdTable, PidTable
 from femflex.case.sensor import SensorTable
+from femflex.effectors.noun import Between
+from femflex.effectors.signal import Signal
+from femflex.effectors.thruster import Thruster
 from femflex.warning import PhysicsWarning
 
 DERIVATIVES = {"attitude": 0, "pointing": 0, "displacement": 0, "rate": 1, "velocity": 1, "acceleration": 2}
@@ -38,12 +41,11 @@ def _time_warnings(case: Case) -> Iterator[str]:
                         f"{kind}.{name}.{key}: found {interval:g} s, longer than the run of {end:g} s, so that "
                         "it knows one sample at most; shorten it, or run longer"
                     )
-    for name, jet in case.thrusters.items():
-        starts = [start for start, _ in jet.pulses or ()]
-        starts += [] if jet.train is None else [jet.train.start]
-        starts += [] if jet.profile is None else list(jet.profile.times)
-        if starts and min(starts) >= end:
-            yield f"thrusters.{name}: its first pulse is at {min(starts):g} s, after the end of the run at {end:g} s"
+    for heading, tables in case.effectors.items():
+        for name, table in tables.items():
+            start = table.first_start()
+            if start is not None and start >= end:
+                yield f"{heading}.{name}: it first acts at {start:g} s, after the end of the run at {end:g} s"
     for joint in case.joints:
         if joint.release is not None and joint.release > end:
             yield (
@@ -97,9 +99,9 @@ def _gain_warnings(case: Case) -> Iterator[str]:
 
 def _level_warnings(case: Case) -> Iterator[str]:
     """Commanded levels of thrusters outside 0 to 1."""
-    for name, jet in case.thrusters.items():
-        signal = case.signals.get((jet.command or "").partition(".")[0])
-        if signal is None or jet.switched:
+    for name, jet in case.effectors["thrusters"].items():
+        signal = case.effectors["signals"].get((getattr(jet, "command", None) or "").partition(".")[0])
+        if not isinstance(jet, Thruster) or not isinstance(signal, Signal) or jet.switched:
             continue
         smallest, largest = min(signal.values), max(signal.values)
         if smallest < 0.0 or largest > 1.0:
@@ -111,9 +113,13 @@ def _level_warnings(case: Case) -> Iterator[str]:
 
 def _internal_force_warnings(case: Case) -> Iterator[str]:
     """Cables and separation springs between two markers of one rigid body."""
-    for kind in ("cables", "separations"):
-        for name, table in getattr(case, kind).items():
-            if table.body == table.parent and isinstance(case.bodies.get(table.body), RigidTable):
+    for kind, tables in case.effectors.items():
+        for name, table in tables.items():
+            if (
+                isinstance(table, Between)
+                and table.body == table.parent
+                and isinstance(case.bodies.get(table.body), RigidTable)
+            ):
                 yield (
                     f"{kind}.{name}: both its ends are on the rigid body {table.body!r}, whose motion it does not "
                     "change; name another parent"

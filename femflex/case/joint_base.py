@@ -8,9 +8,9 @@ from typing import Annotated, Any
 from pydantic import model_validator
 
 from femflex.case.law import Laws, read_laws
-from femflex.case.motion import Motion
 from femflex.noun.table import Name, Table, exactly_one, refuse
 from femflex.noun.values import Quantity, ValueProblem
+from femflex.system.motion import Motion
 
 SLIDE_SPRINGS, SPRINGS = ("slide_stiffness", "slide_damping"), ("stiffness", "damping")
 # key of `motion`, key of the initial value, keys that must not act on a prescribed coordinate

@@ -16,8 +16,8 @@ import numpy as np
 from pydantic import BaseModel
 
 from femflex.case.case import Case
-from femflex.case.motion import Motion
 from femflex.noun.units import UnitError, to_base
+from femflex.system.motion import Motion
 
 NOT_INPUTS = {"title", "source", "description", "pictures", "expect", "study", "campbell"}  # no part of the model
 LENGTH = {"duration", "orbits", "output_step", "samples"}  # of [run]: output times, compared on their own

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from femflex.case.motion import LOCKED, Motion, MotionOf
 from femflex.noun.table import Table
 from femflex.noun.units import UnitError
 from femflex.noun.values import ValueProblem, _Readable, counted_noun, value_text
+from femflex.system.motion import LOCKED, Motion, MotionOf
 
 
 class MotionsOf(_Readable):

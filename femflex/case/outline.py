@@ -26,21 +26,16 @@ from femflex.case.orbit import AttitudeTable, OrbitTable
 from femflex.case.run import PicturesTable, RunTable, StudyTable
 from femflex.case.sensor import SensorTable
 from femflex.case.sight import SightTable
-from femflex.case.thruster import TankTable, ThrusterTable
-from femflex.case.wheel import CableTable, GyroTable, MountedTable, SeparationTable, WheelTable
+from femflex.effectors.noun import Mounted
+from femflex.effectors.registry import nouns
 from femflex.noun.problems import item_label
 
 T = TypeVar("T")
 
-MOUNTED = {
-    "wheels": WheelTable,
-    "gyros": GyroTable,
-    "thrusters": ThrusterTable,
-    "tanks": TankTable,
-    "separations": SeparationTable,
-    "cables": CableTable,
-    "sensors": SensorTable,
-}
+
+def mounted_kinds() -> dict[str, Any]:
+    """Heading -> class of the tables of everything that is at a marker of a body."""
+    return {heading: kind for heading, kind in nouns().items() if issubclass(kind, Mounted)} | {"sensors": SensorTable}
 
 
 ADAPTERS: dict[int, tuple[Any, TypeAdapter[Any]]] = {}  # by the identity of the type, which is kept alive here
@@ -66,7 +61,7 @@ class Outline:
     loops: Mapping[str, JointTable | None]
     between: Mapping[str, BetweenTable | None]
     sights: Mapping[str, SightTable | None]
-    mounted: Mapping[str, MountedTable | SensorTable | None]
+    mounted: Mapping[str, Mounted | SensorTable | None]
     pictures: PicturesTable | None
     study: StudyTable | None
     campbell: CampbellTable | None
@@ -78,7 +73,9 @@ class Outline:
 
 def outline_of_case(case: Case, raw: Mapping[str, Any]) -> Outline:
     """The outline of a valid case; raw: its TOML tables, from which the labels are taken."""
-    mounted = {label: table for key in MOUNTED for label, table in _label_named(key, getattr(case, key)).items()}
+    mounted: dict[str, Any] = {}
+    for key in mounted_kinds():
+        mounted |= _label_named(key, getattr(case, key))
     return Outline(
         run=case.run,
         orbit=case.orbit,
@@ -103,6 +100,9 @@ def outline_of_case(case: Case, raw: Mapping[str, Any]) -> Outline:
 
 def outline_of_tables(raw: Mapping[str, Any]) -> Outline:
     """The outline of a case with mistakes, from its TOML tables."""
+    mounted: dict[str, Any] = {}
+    for key, kind in mounted_kinds().items():
+        mounted |= _read_named(raw, key, kind)
     return Outline(
         run=_valid_or_none(RunTable, raw.get("run")),
         orbit=_valid_or_none(OrbitTable, raw.get("orbit", {"kind": "none"})),
@@ -114,7 +114,7 @@ def outline_of_tables(raw: Mapping[str, Any]) -> Outline:
         loops=_read_list(raw, "loops", Joint),
         between=_read_list(raw, "constraints", Constraint) | _read_list(raw, "springs", SpringTable),
         sights=_read_list(raw, "sights", SightTable),
-        mounted={label: table for key, kind in MOUNTED.items() for label, table in _read_named(raw, key, kind).items()},
+        mounted=mounted,
         pictures=_valid_or_none(PicturesTable, raw.get("pictures")),
         study=_valid_or_none(StudyTable, raw.get("study")),
         campbell=_valid_or_none(CampbellTable, raw.get("campbell")),

@@ -13,15 +13,15 @@ from typing import Any
 from pydantic import ValidationError
 
 from femflex.case.body import FlexibleTable
-from femflex.case.case import Case
+from femflex.case.case import Case, case_class
 from femflex.case.changed import changed_tables, numbered_path
 from femflex.case.control import warn_of_doubtful_control
 from femflex.case.crosscheck import cross_problems
 from femflex.case.magnitudes import warn_of_doubtful_magnitudes
 from femflex.case.outline import Outline, outline_of_case, outline_of_tables
-from femflex.case.sentences import schema_problems
 from femflex.case.suspicion import warn_of_doubtful_numbers
 from femflex.noun.problems import CaseError, Problem, suggestion_text
+from femflex.noun.sentences import schema_problems
 
 FEW = 8  # names of other case files that a message lists
 DEEPEST = 20  # levels of tables and lists; schema and motions (sums of tables) need ten
@@ -59,7 +59,7 @@ def _checked_case(
     try:
         case = _validated_case(raw, partly_checked)
     except ValidationError as error:
-        problems += schema_problems(Case, raw, error)
+        problems += schema_problems(case_class(), raw, error)
     valid_parts = outline_of_tables(raw) if case is None else outline_of_case(case, raw)
     problems += cross_problems(valid_parts, path.parent)
     if problems or case is None:
@@ -76,8 +76,8 @@ def _checked_case(
 def _validated_case(raw: dict[str, Any], partly_checked: Mapping[str, Any] | None) -> Case:
     if partly_checked is not None:
         with suppress(ValidationError):  # the tables as written then give the errors their key paths
-            return Case.model_validate(partly_checked)
-    return Case.model_validate(raw)
+            return case_class().model_validate(partly_checked)
+    return case_class().model_validate(raw)
 
 
 def with_values(case: Case, values: Mapping[str, Any]) -> Case:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from femflex.case.case import Case
+from femflex.case.case import case_class
 
 
 def json_schema() -> dict[str, Any]:
     """The JSON Schema (2020-12) of a case; `unit` next to a value names the SI unit of plain numbers."""
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "femflex case"}
-    return {**Case.model_json_schema(), **head}
+    return {**case_class().model_json_schema(), **head}
 
 
 def schema_text() -> str:

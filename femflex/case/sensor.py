@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import model_validator
 
-from femflex.case.wheel import PositiveRate
+from femflex.effectors.wheel import PositiveRate
 from femflex.noun.table import Orientation, Table, refuse
 from femflex.noun.values import Count, Direction, Duration, Position, Quantity, counted_noun
 

@@ -6,9 +6,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StrictBool, ValidationError, model_validator
 
-from femflex.case.sentences import schema_problems
 from femflex.case.sweep import Scattered, split_number
 from femflex.noun.problems import CaseError
+from femflex.noun.sentences import schema_problems
 from femflex.noun.table import Table, refuse
 from femflex.noun.units import UnitError
 from femflex.noun.values import Count, Duration

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from femflex.case.case import Case
+from femflex.effectors.registry import nouns
 from femflex.noun.problems import item_label
 from femflex.warning import PhysicsWarning
 
@@ -26,9 +27,6 @@ CHECKED_TABLES = (
     "joints",
     "loops",
     "sensors",
-    "wheels",
-    "gyros",
-    "thrusters",
 )
 LENGTHS = ("reel", "initial", "laws", "dynamics")  # tables whose keys of these names are no angles
 
@@ -39,7 +37,7 @@ def warn_of_doubtful_numbers(raw: Mapping[str, Any], case: Case) -> None:
     Initial angles of bodies and joints without a unit are reported beyond half a turn, because all attitudes are within
     it. Others, and angles written in "rad", are reported beyond a whole turn.
     """
-    for key in CHECKED_TABLES:
+    for key in (*CHECKED_TABLES, *nouns()):
         for key_path, name, value in _numbers_of_tables(key, raw.get(key, {})):
             rate, speed = name in RATES, key == "wheels" and name in SPEEDS
             half = name in ATTITUDES and "rad" not in str(value)

@@ -9,8 +9,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationError, model_validator
 
 from femflex.case.measure import OF_CAMPBELL, MeasureTable
-from femflex.case.sentences import schema_problems
 from femflex.noun.problems import CaseError, Problem
+from femflex.noun.sentences import schema_problems
 from femflex.noun.table import Table, exactly_one, refuse
 from femflex.noun.units import UnitError, split_quantity
 from femflex.noun.values import Count, Quantity, ValueProblem, Whole, _Readable, value_text

@@ -17,7 +17,7 @@ from femflex.dynamics.constraints.assemble import assembled
 from femflex.dynamics.constraints.constrained import Constraints, build_constraints
 from femflex.dynamics.constraints.free_lengths import constrained_free_rate
 from femflex.dynamics.effectors.events import AllEvents, StateEvents
-from femflex.dynamics.effectors.starts import check_separations, with_starts
+from femflex.dynamics.effectors.starts import check_distances, with_starts
 from femflex.dynamics.effectors.states import (
     add_angular_momentum,
     has_events,
@@ -320,7 +320,7 @@ def compile_system(system: System) -> Model:
         rate=rate_of(system),
     )
     model = with_starts(with_constraints(tree) if system.loops or system.constraints else tree)
-    check_separations(model)
+    check_distances(model)
     check_user_functions(model)
     return model
 

@@ -91,9 +91,7 @@ def user_function_fault(model: Model, t: float, x: Array) -> tuple[str, Exceptio
 
 def _has_user_functions(system: System) -> bool:
     written = [variation.write for variation in system.varying.values()]
-    return any(not isinstance(effector.act, str) for effector in acting_effectors(system)) or any(
-        map(_is_python, written)
-    )
+    return any(_is_python(effector.act) for effector in acting_effectors(system)) or any(map(_is_python, written))
 
 
 def _is_python(write: Any) -> bool:
@@ -120,7 +118,7 @@ def _evaluated(model: Model, t: float, x: Array) -> Iterator[UserCall]:
     for term in terms[terms["apply"] == apply.address]:
         records = table[term["at"] :][: N_EFFECTOR * term["n"]].view(EFFECTOR)
         for effector, e in zip(acting_effectors(model.system), records, strict=True):
-            if not isinstance(effector.act, str):
+            if _is_python(effector.act):
                 yield from _effector_calls(effector, e, z, table, work)
 
 

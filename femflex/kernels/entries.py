@@ -28,15 +28,20 @@ NUMBERS, INTEGERS = types.CPointer(types.float64), types.CPointer(types.int64)  
 REAL, INTEGER, VOID = types.float64, types.int64, types.void
 
 USER = VOID(REAL, NUMBERS, NUMBERS, NUMBERS)  # of functions that users hand over: t, and three arrays
+ACT = VOID(REAL, NUMBERS, NUMBERS, NUMBERS, NUMBERS)  # of effectors: t, what is seen, states, parameters, what is given
 
 _PLAIN: dict[int, Callable[..., Any]] = {}  # by address, with the compiler off
 
 
 class Entry:
-    """A function of one fixed signature that is called by its address."""
+    """A function of one fixed signature that is called by its address.
 
-    def __init__(self, function: Callable[..., Any], signature: Any) -> None:
-        self.function, self.signature = function, signature
+    writes_all: whether it writes all its results, so that these are not set to zero beforehand.
+    """
+
+    def __init__(self, function: Callable[..., Any], signature: Any, writes_all: bool = False) -> None:
+        self.function, self.signature, self.writes_all = function, signature, writes_all
+        self.__name__ = function.__name__
         self._compiled: Any = None  # the compiled function, alive as long as its address is used
 
     @cached_property

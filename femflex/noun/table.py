@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, NoReturn
 
-from pydantic import BaseModel, ConfigDict, StringConstraints
+from pydantic import BaseModel, ConfigDict, StringConstraints, ValidationError
+from pydantic._internal._model_construction import ModelMetaclass
 from pydantic_core import PydanticCustomError
 
 from femflex.noun.names import PATTERN
@@ -15,7 +16,21 @@ from femflex.noun.values import Angles, Matrix, Quantity, ValueProblem, _Readabl
 Name = Annotated[str, StringConstraints(pattern=rf"^{PATTERN}$")]  # becomes a path in the result file
 
 
-class Table(BaseModel):
+class _Checked(ModelMetaclass):
+    """Class of tables: an object made in Python gets the same checks, and the same sentences, as one read of a case."""
+
+    def __call__(cls, *arguments: Any, **keys: Any) -> Any:
+        try:
+            return super().__call__(*arguments, **keys)
+        except ValidationError as error:
+            from femflex.noun.sentences import schema_problems
+
+            problems = schema_problems(cls, keys, error)  # type: ignore[arg-type]
+            text = "\n".join(f"{cls.__name__}: {problem}" for problem in problems)
+        raise ValueError(text)
+
+
+class Table(BaseModel, metaclass=_Checked):
     """A table of the case file: its keys are known, its values typed and in SI, and it does not change once read."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True, protected_namespaces=())

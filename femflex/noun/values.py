@@ -45,7 +45,7 @@ class _Readable:
 def _as_validator(read_value: Callable[[Any], Any]) -> Callable[[Any], Any]:
     def validate(value: Any) -> Any:
         try:
-            return read_value(value)
+            return read_value(value.tolist() if hasattr(value, "tolist") else value)  # of numpy
         except (ValueProblem, UnitError) as problem:
             raise PydanticCustomError("value", "{text}", {"text": str(problem)}) from None
 

@@ -20,8 +20,8 @@ from femflex.case.case import Case
 from femflex.case.initial import EQUILIBRIUM
 from femflex.case.matrices import MatricesTable
 from femflex.case.model_inputs import motions_from_files
-from femflex.case.motion import Motion
 from femflex.case.shape import MeshShape
+from femflex.system.motion import Motion
 
 
 def file_digests(case: Case) -> dict[str, dict[str, str]]:

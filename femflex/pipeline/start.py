@@ -11,14 +11,14 @@ from femflex.arrays import Array
 from femflex.assembly import system as assembly
 from femflex.case.case import Case
 from femflex.case.initial import EQUILIBRIUM
-from femflex.case.motion import Motion
 from femflex.dynamics import compile_system
+from femflex.effectors import Cable, Sensor, with_heavy_cable
 from femflex.noun.problems import CaseError, Problem
 from femflex.pipeline.compiled import compiled
 from femflex.pipeline.recovery_channels import recovery_channels
 from femflex.pipeline.references import channel_problems, motion_problems, size_problems
 from femflex.rotations import dcm_from_quaternion
-from femflex.system import Part, Sensor, System, started, with_heavy_cable
+from femflex.system import Context, Part, System, started
 
 
 def system_of(case: Case, bodies: Mapping[str, Part] | None = None) -> System:
@@ -40,7 +40,8 @@ def with_heavy_cables(case: Case, system: System) -> System:
 
     Raises CaseError for a cable that cannot be built.
     """
-    heavy = {name: table for name, table in case.cables.items() if table.mass_per_length is not None}
+    cables = {name: noun for name, noun in case.effectors["cables"].items() if isinstance(noun, Cable)}
+    heavy = {name: cable for name, cable in cables.items() if cable.mass_per_length is not None}
     if not heavy:
         return system
     ends = {
@@ -61,37 +62,14 @@ def with_heavy_cables(case: Case, system: System) -> System:
             for kind in ("displacement", "velocity")
         )
         share = (np.arange(table.masses)[:, None] + 0.5) / table.masses
-        assert table.mass_per_length is not None
+        context = Context(folder=case.path.parent)
         try:
-            length = constant_length(case, table.length)
-            end_markers = ((table.parent, table.parent_marker), (table.body, table.marker))
-            system = with_heavy_cable(
-                system,
-                name,
-                end_markers,
-                length,
-                table.EA,
-                table.mass_per_length,
-                table.masses,
-                share * span,
-                rates=share * rate,
-                damping=table.damping,
-            )
+            system = with_heavy_cable(system, name, table, share * span, share * rate, context)
         except ValueError as error:
             problems.append(Problem(f"cables.{name}", str(error.args[0])))
     if problems:
         raise CaseError(case.path.name, problems)
     return system
-
-
-def constant_length(case: Case, length: Motion) -> float:
-    """The length of a cable with mass [m]. Raises ValueError for one that changes."""
-    if length.profile is None or length.table is not None:
-        raise ValueError(
-            "found a length that changes and mass_per_length; give a constant length, leave the mass out, or use a "
-            "deploying member (family = 'tether')"
-        )
-    return float(length.profile(case.path.parent)(0.0)[0])
 
 
 def _check_references(case: Case, system: System) -> None:

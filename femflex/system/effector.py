@@ -26,7 +26,8 @@ function is also called once as plain Python at the initial state, and an index 
 is smooth between `breaks` and events. What it gives to the motion,
 F.v + T.omega + effort speed, should be supplied - dissipation - d(energy)/dt; then the balance of energies closes.
 
-In place of a function `act` may be the word of one that femflex brings (femflex.dynamics.effectors.built_in).
+In place of a function `act` may be one of compiled code (femflex.kernels.entries.Entry), as the effectors of femflex
+have it: femflex.effectors.
 
 Order of evaluation: an effector whose input is a channel of another is evaluated after that one, the others in the
 order given. Inputs that are states need no order. Effectors that wait for each other's channels give an error.
@@ -42,13 +43,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from femflex.arrays import Array
 
 Act = Callable[[Any, Any], None]
+
+
+class CompiledAct(Protocol):
+    """A function of compiled code, called by its address."""
+
+    @property
+    def address(self) -> int:
+        """Return its address in this process."""
+
 
 ACCOUNTS = {  # what an effector may report of energy and mass
     "energy": ("J", "stored energy"),
@@ -92,10 +102,15 @@ class Effector:
     breaks      (n,) times at which it is not smooth [s]
     starts      channel -> (state, value): the state starts so that the channel has this value, unless System.z0 says
                 where it starts; channels are linear in these states
+    kind        its name in messages, such as "wheel"
+    conserves   whether what it exerts leaves the momentum of the whole craft as it is
+    apart       distance that its two markers keep at least at the start, as its force needs a direction [m]
+    coasting    (name, states (n_states,)) -> the same with constant momentum, for steady states
+    silent      () -> the same without its command or output
     """
 
     name: str
-    act: Act | str
+    act: Act | CompiledAct
     markers: tuple[tuple[str, str], ...] = ()
     freedoms: tuple[str, ...] = ()
     states: Mapping[str, str] = field(default_factory=dict)
@@ -110,8 +125,18 @@ class Effector:
     events: tuple[StateEvent, ...] = ()
     breaks: Array = field(default_factory=lambda: np.zeros(0))
     starts: Mapping[str, tuple[str, float]] = field(default_factory=dict)
+    kind: str = "effector"
+    conserves: bool = False
+    apart: float = 0.0
+    coasting: Callable[[str, Array], Effector] | None = None
+    silent: Callable[[], Effector] | None = None
 
     def __post_init__(self) -> None:
+        if not (callable(self.act) or hasattr(type(self.act), "address")):
+            raise ValueError(
+                f"act of effector {self.name!r} is {self.act!r}; give a function (seen, out), or use an effector of "
+                "femflex.effectors"
+            )
         n = len(self.states)
         for key, default in (("z0", 0.0), ("sizes", 1.0)):
             value = np.asarray(getattr(self, key), float)

@@ -53,21 +53,10 @@ def effector_problems(
     return out or algebraic_loop_problems(effectors)
 
 
-KINDS = {  # of built-in effectors, as a case calls them
-    "measure": "sensor",
-    "gimbals": "gyro",
-    "state_space": "controller",
-    "attitude_feedback": "controller",
-    "separation": "separation spring",
-    "cable_chain": "cable",
-}
-
-
 def kind_and_name(effector: Effector) -> str:
     """Return the kind of an effector and its name, as in "sensor 'star'"."""
-    kind = "effector" if not isinstance(effector.act, str) else KINDS.get(effector.act, effector.act)
-    name = effector.name.removesuffix("_exact") if kind == "sensor" else effector.name  # of a sampled sensor
-    return f"{kind} {name!r}"
+    name = effector.name.removesuffix("_exact") if effector.kind == "sensor" else effector.name  # of a sampled sensor
+    return f"{effector.kind} {name!r}"
 
 
 def movable_freedoms(joints: Sequence[Joint]) -> list[str]:

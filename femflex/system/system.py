@@ -27,7 +27,6 @@ from femflex.system.length_table import LengthTable
 from femflex.system.load import Load
 from femflex.system.orbit import Frame, Orbit
 from femflex.system.segments import Part, effector_at_segments, with_segment_names, with_segments
-from femflex.system.sensor import Sensor
 from femflex.system.sight import Sight
 from femflex.system.spring import Spring
 from femflex.system.variation import Variation
@@ -49,7 +48,8 @@ class System(Summarised):
     loops        joints cut out of the tree: each closes a loop between two bodies, or to the base frame
     constraints  on velocities: rolling, knife edges, general rows
     springs      between two markers
-    effectors    forces computed by functions, with states of their own, sampled controllers, and sensors
+    effectors    forces computed by functions, with states of their own, sampled controllers, and sensors (see
+                 `with_effectors` for those of femflex.effectors)
     sights       axes that are to look at a station on the Earth
     reactions    whether runs report what the joints carry
     momenta      whether runs report canonical momenta and the Hamiltonian
@@ -84,9 +84,7 @@ class System(Summarised):
     varying: dict[str, Variation] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        effectors_by_entry = (
-            (effector.effectors if isinstance(effector, Sensor) else (effector,)) for effector in self.effectors
-        )
+        effectors_by_entry = (getattr(effector, "effectors", (effector,)) for effector in self.effectors)  # of a sensor
         object.__setattr__(self, "effectors", tuple(chain.from_iterable(effectors_by_entry)))
         problems = [*self._tree_problems(), *self._orbit_problems(), *self._name_problems()]
         problems += keep_problems(self.keep, self.joints)

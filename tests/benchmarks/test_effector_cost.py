@@ -4,12 +4,13 @@ import time
 
 import numpy as np
 import pytest
+from support.effector_builders import reaction_wheel, thruster
 from support.hub_and_panels import femflex_model
 
 from femflex.body import Marker
 from femflex.dynamics import compile_system
 from femflex.integrate import Dop853
-from femflex.system import Controller, reaction_wheel, thruster
+from femflex.system import Controller
 
 AT_MOST = 1.0  # of the right-hand side (1 us), what twenty effectors may add to it
 

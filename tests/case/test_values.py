@@ -14,13 +14,13 @@ from femflex.assembly.loads import read_load_table
 from femflex.case import Case, parse_case, read_case, with_values
 from femflex.case.body import FlexibleTable
 from femflex.case.changed import toml_text
-from femflex.case.columns import column_of
 from femflex.case.mesh_groups import with_regions
-from femflex.case.motion import MotionOf
 from femflex.case.orbit import AttitudeTable
 from femflex.case.run import RunTable
 from femflex.mesh.generators import line
 from femflex.pipeline import prepare
+from femflex.system.columns import column_of
+from femflex.system.motion import MotionOf
 
 HUB = "[run]\nduration = 4\n[bodies.hub]\nkind = 'rigid'\nmass = 2\ninertia = [3, 4, 5]\n"
 

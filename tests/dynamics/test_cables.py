@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
+from support.effector_builders import cable, with_heavy_cable
 
 from femflex.body import rigid_body
 from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.linearised import linearised
 from femflex.integrate import Dop853
-from femflex.system import Environment, Joint, Profile, System, cable, free, weld, with_heavy_cable
+from femflex.system import Environment, Joint, Profile, System, free, weld
 
 A, B, EA = 3.0, 2.0, 40.0
 REDUCED = A * B / (A + B)

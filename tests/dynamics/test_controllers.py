@@ -6,34 +6,27 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from support.effector_builders import reaction_wheel, signal, thruster
 
 from femflex.body.rigid import rigid_body
 from femflex.dynamics import compile_system
-from femflex.integrate import Dop853
-from femflex.reduction import BeamFunctions, UniformBeam, beam_body
-from femflex.system import (
-    Effector,
+from femflex.effectors import (
     Sampling,
     Sensor,
-    System,
     allocation,
     attitude_feedback,
     block,
-    free,
     low_pass,
     observer,
     pd,
     pid,
     pulses,
-    reaction_wheel,
-    revolute,
-    signal,
-    spherical,
     strain_sensor,
-    thruster,
-    weld,
 )
-from femflex.system.sensor import noise_numbers
+from femflex.effectors.sensor import noise_numbers
+from femflex.integrate import Dop853
+from femflex.reduction import BeamFunctions, UniformBeam, beam_body
+from femflex.system import Effector, System, free, revolute, spherical, weld
 
 FINE = Dop853(rtol=1e-12, atol=1e-13)
 J = 5.0

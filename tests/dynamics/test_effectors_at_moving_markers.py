@@ -6,14 +6,13 @@ from functools import cache
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from support.effector_builders import Supply, cable, control_moment_gyro, reaction_wheel, signal, tank, thruster
 from support.pointwise import Jet, Tree
 from support.random_systems import random_state, random_tree
 
 from femflex.dynamics import compile_system
-from femflex.system import Profile, Sensor, Supply, reaction_wheel, tank, thruster
-from femflex.system.cable import cable
-from femflex.system.gimbals import control_moment_gyro
-from femflex.system.signal import signal
+from femflex.effectors import Sensor
+from femflex.system import Profile
 
 T = 0.7  # s
 TREE, _, (Q, U) = random_tree(28, n_bodies=4)  # all four bend

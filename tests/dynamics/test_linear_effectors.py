@@ -2,6 +2,15 @@
 
 import numpy as np
 import pytest
+from support.effector_builders import (
+    Supply,
+    reaction_wheel,
+    signal,
+    tank,
+    tank_variation,
+    thruster,
+    without_axial_inertia,
+)
 from support.random_systems import random_body
 
 from femflex.body import Marker
@@ -10,25 +19,10 @@ from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.equilibrium import equilibrium
 from femflex.dynamics.equilibria.increments import advanced
 from femflex.dynamics.equilibria.system_modes import modes_about
+from femflex.effectors import Sensor, block, low_pass, pd
 from femflex.reduction import BeamFunctions, ModalDamping, UniformBeam, beam_body
 from femflex.studies.linear import linear_model, poles_of
-from femflex.system import (
-    Sensor,
-    Supply,
-    System,
-    block,
-    free,
-    low_pass,
-    pd,
-    reaction_wheel,
-    signal,
-    tank,
-    tank_variation,
-    thruster,
-    weld,
-    with_attached,
-    without_axial_inertia,
-)
+from femflex.system import System, free, weld, with_attached
 
 J = np.diag([3.0, 4.0, 5.0])
 

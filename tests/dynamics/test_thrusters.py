@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from support.effector_builders import Supply, separation_spring, tank, tank_variation, thruster
 from support.random_systems import random_body
 
 from femflex.body import Marker
@@ -11,19 +12,7 @@ from femflex.body.rigid import rigid_body
 from femflex.dynamics import compile_system
 from femflex.integrate import Dop853
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body
-from femflex.system import (
-    Latch,
-    Supply,
-    System,
-    free,
-    separation_spring,
-    tank,
-    tank_variation,
-    thruster,
-    turns,
-    weld,
-    with_attached,
-)
+from femflex.system import Latch, System, free, turns, weld, with_attached
 
 FINE = Dop853(rtol=1e-12, atol=1e-13)
 ISP = 20.0

@@ -5,25 +5,15 @@ import math
 import numpy as np
 import pytest
 from scipy.special import fresnel
+from support.effector_builders import control_moment_gyro, reaction_wheel, signal, with_wheel, without_axial_inertia
 from support.random_systems import random_body
 
 from femflex.body import Marker
 from femflex.body.rigid import rigid_body
 from femflex.dynamics import compile_system
+from femflex.effectors import unbalanced_rotor
 from femflex.integrate import Dop853
-from femflex.system import (
-    Effector,
-    System,
-    control_moment_gyro,
-    free,
-    reaction_wheel,
-    revolute,
-    signal,
-    unbalanced_rotor,
-    weld,
-    with_wheel,
-    without_axial_inertia,
-)
+from femflex.system import Effector, System, free, revolute, weld
 
 FINE = Dop853(rtol=1e-12, atol=1e-13)
 J = np.diag([3.0, 4.0, 5.0])

@@ -11,6 +11,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+from support.effector_builders import Supply, reaction_wheel, tank, thruster
 
 import femflex
 from femflex.case import CaseError, parse_case, read_case
@@ -21,8 +22,7 @@ from femflex.pipeline.file_digests import file_digests
 from femflex.pipeline.inputs import inputs_text
 from femflex.pipeline.resumed import check_same_inputs, check_same_model, integrator_of, is_finished
 from femflex.results import RunWriter, open_run, resume_point
-from femflex.system import Channel, Controller, reaction_wheel, tank, thruster
-from femflex.system.thruster import Supply
+from femflex.system import Channel, Controller
 
 CRAFT = """
 [run]

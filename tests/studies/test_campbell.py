@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.effector_builders import reaction_wheel, without_axial_inertia
 from support.rotating_beams import Rotating
 from support.small_cases import sprung_wheels
 
@@ -19,7 +20,7 @@ from femflex.reduction import BeamFunctions, UniformBeam, beam_body
 from femflex.studies.campbell import axis_of, campbell, case_campbell, case_spins, diagram_of, value_diagram
 from femflex.studies.stability import case_stability
 from femflex.studies.stability.judgement import NONE, STATIC
-from femflex.system import System, reaction_wheel, revolute, weld, without_axial_inertia
+from femflex.system import System, revolute, weld
 
 
 def diagram(beam: Rotating, speeds, n: int = 10, **more):

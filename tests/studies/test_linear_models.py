@@ -15,6 +15,7 @@ from support.mechanisms import four_bar
 from femflex.body import Marker, rigid_body
 from femflex.case.read import parse_case
 from femflex.dynamics import compile_system
+from femflex.effectors import Sensor
 from femflex.reduction import BeamFunctions, ModalDamping, UniformBeam, beam_body
 from femflex.studies.linear import (
     linear_model,
@@ -22,17 +23,7 @@ from femflex.studies.linear import (
     transmission_zeros,
 )
 from femflex.studies.linear.root_locus import root_locus
-from femflex.system import (
-    Environment,
-    Load,
-    Profile,
-    Sensor,
-    System,
-    prismatic,
-    revolute,
-    spherical,
-    weld,
-)
+from femflex.system import Environment, Load, Profile, System, prismatic, revolute, spherical, weld
 
 BEAM = UniformBeam(1.0, EA=1e4, EIy=10.0, EIz=1.0, GJ=10.0, mass_per_length=1.0, rotary_inertia=False)
 CLAMPED = np.array([brentq(lambda b: np.cos(b) * np.cosh(b) + 1, *ends) for ends in ((1, 3), (4, 5), (7, 8))]) ** 2

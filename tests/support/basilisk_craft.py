@@ -9,7 +9,8 @@ import numpy as np
 from femflex.body import Marker
 from femflex.body.rigid import rigid_body
 from femflex.dynamics import compile_system
-from femflex.system import System, free, reaction_wheel, revolute, thruster, without_axial_inertia
+from femflex.system import System, free, revolute
+from support.effector_builders import reaction_wheel, thruster, without_axial_inertia
 
 MASS, INERTIA = 330.0, np.diag([82.0, 61.0, 95.0])
 RATE = np.array([0.01, -0.02, 0.015])  # rad/s

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from femflex.system import (
+from femflex.effectors import (
     Sampling,
     Sensor,
     allocation,
@@ -23,7 +23,7 @@ from femflex.system import (
     pulses,
     state_space,
 )
-from femflex.system.blocks import discretised
+from femflex.effectors.blocks import discretised
 
 POINTS = (0.3, 0.2 + 1.7j, -0.1 + 9.0j)
 

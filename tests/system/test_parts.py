@@ -9,10 +9,18 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from support.effector_builders import (
+    control_moment_gyro,
+    reaction_wheel,
+    tank_variation,
+    with_wheel,
+    without_axial_inertia,
+)
 
 from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors, rigid_body
 from femflex.body.mass_points import MassPoints
 from femflex.body.skin import Skin
+from femflex.effectors import unbalanced_rotor
 from femflex.rotations import dcm_from_coordinates, dcm_from_quaternion, singularity_distance
 from femflex.system import (
     Block,
@@ -28,22 +36,14 @@ from femflex.system import (
     attached_moments,
     ball_coordinates,
     closure,
-    coasting,
-    coasting_gyro,
-    control_moment_gyro,
     cylindrical,
     prismatic,
-    reaction_wheel,
     revolute,
     spherical,
-    tank_variation,
     turns,
-    unbalanced_rotor,
     universal,
     weld,
     with_attached,
-    with_wheel,
-    without_axial_inertia,
 )
 from femflex.system.attraction import extent, system_size
 from femflex.system.gimbal_lock import can_lock, free_turns, lock_angle
@@ -96,7 +96,7 @@ def test_wheel_inertia_along_and_across_its_axis():
     added = 0.25 * (np.eye(3) - np.outer(a, a)) + 3.0 * (r @ r * np.eye(3) - np.outer(r, r))
     np.testing.assert_allclose(more.inertia() - body.moments.inertia(), added, atol=1e-12)
     np.testing.assert_allclose(more.first[0] - body.moments.first[0], 3.0 * r, atol=1e-12)
-    rotor = coasting(wheel, -7.0)
+    rotor = wheel.coasting("rotor", np.array([-7.0]))
     np.testing.assert_allclose(rotor.parameters, [1 / 3, -2 / 3, 2 / 3, -7.0])
 
 
@@ -120,7 +120,7 @@ def test_coasting_gyro_keeps_its_turned_axis(double):
     angles = np.array([0.7, -1.1])[: 1 + double]
     frame = Rotation.from_rotvec(0.7 * g)  # the outer gimbal, which carries the inner one
     turned = frame.apply(Rotation.from_rotvec(-1.1 * inner).apply(s)) if double else frame.apply(s)
-    rotor = coasting_gyro(gyro, angles)
+    rotor = gyro.coasting("rotor", angles)
     np.testing.assert_allclose(rotor.parameters, [*turned, -4.0], atol=1e-12)
 
 

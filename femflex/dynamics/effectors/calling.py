@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.effectors.effector_functions import ACT, N_ACCOUNTS
+from femflex.dynamics.effectors.effector_functions import N_ACCOUNTS
 from femflex.dynamics.effectors.effector_inputs import write_inputs
 from femflex.dynamics.effectors.records import N_EFFECTOR, N_HANDLE, N_PORT, effector_at, handle_at, port_at
 from femflex.dynamics.forces.marker_forces import push_on_body
 from femflex.dynamics.lowering.layout import W_CIN, W_TAU, body_of, header_of
 from femflex.kernels.compiled import inner
-from femflex.kernels.entries import caller
+from femflex.kernels.entries import ACT, caller
 from femflex.kernels.lanes import offset, put_lane, zero_lane
 from femflex.kernels.vectors import UNIT, Vector, add, load3, load9, store3, turn
 

@@ -18,12 +18,10 @@ import numba.core.errors
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.effectors.built_in import built_in
-from femflex.kernels.entries import NUMBERS, REAL, VOID, plain_address, plain_array
+from femflex.kernels.entries import ACT, Entry, plain_address, plain_array
 from femflex.kernels.lanes import offset
 from femflex.system import Effector
 
-ACT = VOID(REAL, NUMBERS, NUMBERS, NUMBERS, NUMBERS)
 Sizes = tuple[int, int, int, int, int, int]  # markers, freedoms, inputs, states, parameters, channels
 N_ACCOUNTS = 4
 
@@ -71,16 +69,13 @@ def output_size(n_markers: int, n_freedoms: int, n_z: int, n_channels: int) -> i
     return 6 * n_markers + n_freedoms + n_z + n_channels + N_ACCOUNTS
 
 
-def act_address(name: str, function: Callable[..., Any] | str, sizes: Sizes, jacobian: bool = False) -> int:
+def act_address(name: str, function: Any, sizes: Sizes, jacobian: bool = False) -> int:
     """Return the address of the function of effector `name`, or of its Jacobian, for compiled code.
 
     Raises ValueError where Numba cannot compile it.
     """
-    if isinstance(function, str):
-        try:
-            return built_in(function).address
-        except KeyError as error:
-            raise ValueError(f"effector {name!r}: {error.args[0]}") from None
+    if isinstance(function, Entry):
+        return function.address
     key = (function, sizes, jacobian)
     if key not in _COMPILED:
         try:

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.arrays import Record, Table
-from femflex.dynamics.effectors.built_in import writes_all
 from femflex.dynamics.effectors.effector_functions import act_address, call_sizes, input_size, output_size
 from femflex.dynamics.effectors.records import EFFECTOR, HANDLE, N_EFFECTOR, PORT
 from femflex.dynamics.lowering.pool import Pool, Scratch, add_marker
@@ -64,7 +63,7 @@ def lower_effector(record: Record, effector: Effector, names: list[str], pool: P
         record["jacobian"] = act_address(effector.name, effector.jacobian, sizes, jacobian=True)
     record["z"] = names.index(effector.state_names()[0][0]) if n else 0
     record["parameters"], record["sizes"] = pool.add(effector.parameters), pool.add(effector.sizes)
-    record["clears"] = not (isinstance(effector.act, str) and writes_all(effector.act))
+    record["clears"] = not getattr(effector.act, "writes_all", False)
     record["seen"] = scratch.take(input_size(m, f, len(effector.inputs)))
     record["out"] = scratch.take(2 * padded(max(output_size(m, f, n, len(effector.channels)), n * n)))
     record["trial"], record["matrix"] = scratch.take(n), scratch.take(n * (n + 1))

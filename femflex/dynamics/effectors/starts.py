@@ -42,16 +42,16 @@ def with_starts(model: Model) -> Model:
     return replace(model, x0=x)
 
 
-def check_separations(model: Model) -> None:
-    """Raise ValueError for a separation spring whose two markers coincide at the start: it has no direction."""
-    springs = [e for e in model.system.effectors if isinstance(e, Effector) and e.act == "separation"]
-    if not springs:
+def check_distances(model: Model) -> None:
+    """Raise ValueError for an effector whose two markers coincide at the start, though its force needs a direction."""
+    effectors = [e for e in model.system.effectors if isinstance(e, Effector) and e.apart > 0.0]
+    if not effectors:
         return
     channels = model.observe(np.zeros(1), model.x0[None])
-    for spring in springs:
-        (a, b), length = spring.markers, float(spring.parameters[1])
-        if channels[f"effectors/{spring.name}/distance"][0] < 1e-9 * length:
+    for effector in effectors:
+        a, b = effector.markers
+        if channels[f"effectors/{effector.name}/distance"][0] < effector.apart:
             raise ValueError(
-                f"separation spring {spring.name!r}: markers {'.'.join(a)} and {'.'.join(b)} coincide at the start, so "
-                f"the push has no direction; place them apart along it, by less than the free length of {length:g} m"
+                f"{effector.kind} {effector.name!r}: markers {'.'.join(a)} and {'.'.join(b)} coincide at the start, so "
+                "the push has no direction; place them apart along it, by less than the free length"
             )

@@ -47,7 +47,7 @@ def add_angular_momentum(system: System, out: dict[str, Any]) -> None:
 
 def keeps_momentum(effector: Effector) -> bool:
     """Return whether an effector leaves the momentum of the whole craft as it is, its own included."""
-    return set(MOMENTUM) <= effector.channels.keys() or effector.act in ("measure", "separation")
+    return effector.conserves or set(MOMENTUM) <= effector.channels.keys()
 
 
 def sensor_problems(system: System, channels: Mapping[str, Channel]) -> list[str]:

@@ -8,9 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from femflex.dynamics.model import compile_system
-from femflex.system import Effector, System, coasting, coasting_gyro
-
-ROTORS = ("wheel", "gimbals")
+from femflex.system import Effector, System
 
 
 def with_coasting_rotors(system: System, keep: Collection[str] = ()) -> System:
@@ -21,7 +19,7 @@ def with_coasting_rotors(system: System, keep: Collection[str] = ()) -> System:
     """
     in_loops = {name.rpartition(".")[0] for e in system.effectors if isinstance(e, Effector) for name in e.inputs}
     in_loops |= set(keep)
-    rotors = [e for e in system.effectors if isinstance(e, Effector) and e.act in ROTORS and e.name not in in_loops]
+    rotors = [e for e in system.effectors if isinstance(e, Effector) and e.coasting and e.name not in in_loops]
     if not rotors:
         return system
     names = [name for name, _ in system.state_names()]
@@ -30,7 +28,8 @@ def with_coasting_rotors(system: System, keep: Collection[str] = ()) -> System:
     changed: list[Effector] = []
     for rotor in rotors:
         states = np.array([z[name] for name, _ in rotor.state_names()])
-        changed.append(coasting(rotor, float(states[0])) if rotor.act == "wheel" else coasting_gyro(rotor, states))
+        assert rotor.coasting is not None
+        changed.append(rotor.coasting(rotor.name, states))
     new = {rotor.name: rotor for rotor in changed}
     removed = {name for rotor in rotors for name, _ in rotor.state_names()}
     effectors = tuple(new.get(e.name, e) for e in system.effectors)
@@ -46,6 +45,6 @@ def controlled_rotors(system: System) -> list[str]:
         if effector is None or name in visited:
             return False
         sources = {source.rpartition(".")[0] for source in effector.inputs}
-        return effector.act == "measure" or any(measures(source, visited | {name}) for source in sources)
+        return effector.kind == "sensor" or any(measures(source, visited | {name}) for source in sources)
 
-    return [name for name, effector in by_name.items() if effector.act in ROTORS and measures(name, frozenset())]
+    return [name for name, effector in by_name.items() if effector.coasting and measures(name, frozenset())]

@@ -204,8 +204,7 @@ def _remedy(model: Model, x: Array) -> str:
     sources = [
         effector for effector in model.system.effectors if isinstance(effector, Effector) and not effector.inputs
     ]
-    kinds = {effector.name: effector.act if isinstance(effector.act, str) else "effector" for effector in sources}
-    names = [f"{kind} {name!r}" for name, kind in kinds.items() if name in changing]
+    names = [f"{effector.kind} {effector.name!r}" for effector in sources if effector.name in changing]
     if not names:
         return ""
     return (

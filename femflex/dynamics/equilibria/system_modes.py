@@ -13,9 +13,9 @@ from femflex.body import FlexibleBody, Skin
 from femflex.dynamics.equilibria.body_motions import BodyMotion
 from femflex.dynamics.equilibria.character import motion_character, numbered_names
 from femflex.dynamics.equilibria.equilibrium import Equilibrium, EquilibriumError, equilibrium
+from femflex.effectors.constant_commands import stands_for_controller, with_held_commands
 from femflex.summary import Rows, Summarised
 from femflex.system import Effector, Joint, Profile, System
-from femflex.system.constant_commands import stands_for_controller, with_held_commands
 from femflex.system.fixed_length import moving_lengths, with_fixed_lengths
 
 SAME = 1e-9  # damping ratio that is rounding of the eigenvalues

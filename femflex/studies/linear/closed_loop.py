@@ -11,13 +11,12 @@ from femflex.dynamics.equilibria.equilibrium import EquilibriumError
 from femflex.studies.linear.linear_model import linear_model
 from femflex.studies.linear.poles import poles_of
 from femflex.studies.linear.sampled import sampled_model
-from femflex.system import Effector, System, signal
+from femflex.system import Effector, System
 
 GROWN = 0.1  # of its amplitude, by which a motion must grow within the run
 ROUNDING = 1e-6  # growth over the largest pole that rounding explains
 SPLIT = 1e-4  # of multipliers: a double one of rigid motion splits by the root of rounding
 MANY = 300  # states up to which poles are computed, within about a second
-LAWS = ("state_space", "attitude_feedback")  # effectors that are controllers
 
 
 def growing_loops(system: System, duration: float) -> list[Advice]:
@@ -28,7 +27,9 @@ def growing_loops(system: System, duration: float) -> list[Advice]:
     with delayed or differently sampled controllers, or of more than 300 states are not assessed.
     """
     laws = [
-        effector.name for effector in system.effectors if not isinstance(effector, Effector) or effector.act in LAWS
+        effector.name
+        for effector in system.effectors
+        if not isinstance(effector, Effector) or effector.kind == "controller"
     ]
     if not laws or len(system.all_state_names()) > MANY:
         return []
@@ -69,26 +70,12 @@ def _continuous_growth(system: System) -> tuple[float, float, float]:
 
 def _without_commands(effector: Effector) -> Effector:
     """A signal over time at zero, a timed thruster without thrust; any other effector as it is."""
-    if effector.act == "signal":
-        return replace(effector, parameters=signal(effector.name, [0.0], [0.0]).parameters, breaks=np.zeros(0))
-    if effector.act == "thruster" and len(effector.breaks):
-        return replace(effector, parameters=np.concatenate([effector.parameters[:3], [0.0], effector.parameters[4:]]))
-    return effector
+    return effector.silent() if effector.silent is not None and effector.kind != "controller" else effector
 
 
 def _controller_off(effector: Effector) -> Effector:
     """A controller whose outputs are zero; any other effector as it is."""
-    if effector.act == "state_space":
-        m, n, p = (int(x) for x in effector.parameters[:3])
-        numbers = effector.parameters.copy()
-        start = 4 + n * n + n * m
-        numbers[start : start + p * n + p * m] = 0.0
-        return replace(effector, parameters=numbers)
-    if effector.act == "attitude_feedback":
-        return replace(
-            effector, parameters=np.concatenate([[effector.parameters[0]], np.zeros(27), effector.parameters[28:]])
-        )
-    return effector
+    return effector.silent() if effector.silent is not None and effector.kind == "controller" else effector
 
 
 def _sampled_growth(system: System) -> tuple[float, float, float]:

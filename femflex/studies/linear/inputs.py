@@ -16,9 +16,10 @@ from typing import Any
 import numpy as np
 
 from femflex.arrays import Array
+from femflex.effectors.constant_commands import UNIT, stands_for_controller
+from femflex.effectors.signal import P as SIGNAL
 from femflex.noun.problems import suggestion_text
 from femflex.system import Controller, Effector, Joint, Load, Profile, System
-from femflex.system.constant_commands import UNIT, stands_for_controller
 from femflex.system.segments import marker_label
 
 XYZ = ("x", "y", "z")
@@ -117,7 +118,7 @@ def all_inputs(system: System) -> dict[str, Input]:
                 )
     for effector in system.effectors:
         if isinstance(effector, Effector) and is_input(effector):
-            signals = {"value": effector.channels["value"]} if effector.act == "signal" else dict(effector.channels)
+            signals = {"value": effector.channels["value"]} if effector.kind == "signal" else dict(effector.channels)
             inputs += [
                 Input(f"effectors/{effector.name}/{c}", u, "effector", effector.name, c, STEP * SIZE)
                 for c, u in signals.items()
@@ -127,7 +128,7 @@ def all_inputs(system: System) -> dict[str, Input]:
 
 def is_input(effector: Effector) -> bool:
     """Whether an effector is a signal, or stands for the commands of a controller."""
-    return stands_for_controller(effector) or (effector.act == "signal" and not effector.name.endswith(UNIT))
+    return stands_for_controller(effector) or (effector.kind == "signal" and not effector.name.endswith(UNIT))
 
 
 def default_inputs(system: System, moving: Sequence[str]) -> list[str]:
@@ -172,8 +173,8 @@ def _with_more_signal(
     if effector.name != owner or not isinstance(effector, Effector):
         return effector
     numbers = effector.parameters.copy()
-    if effector.act == "signal":
-        numbers[2 + int(numbers[1]) :] += amount
+    if effector.kind == "signal":
+        numbers[SIGNAL.table + int(numbers[SIGNAL.count]) :] += amount
     else:
         numbers[FIRST + list(effector.channels).index(channel)] += amount
     return replace(effector, parameters=numbers)

@@ -28,13 +28,13 @@ from femflex.dynamics.equilibria.local_derivative import local_derivative, on_li
 from femflex.dynamics.equilibria.states import effector_states
 from femflex.dynamics.equilibria.system_modes import SystemModes, modes_about
 from femflex.dynamics.model import Model, compile_system
+from femflex.effectors.constant_commands import UNIT, with_held_commands
 from femflex.noun.problems import suggestion_text
 from femflex.pipeline.rest import rest_equilibrium, rest_state, rest_system
 from femflex.studies.linear.inputs import Input, default_inputs, inputs_of
 from femflex.studies.linear.space import StateSpace
 from femflex.summary import Rows, Summarised, listed
 from femflex.system import System
-from femflex.system.constant_commands import UNIT, with_held_commands
 
 STEP = 1e-5  # of a coordinate's usual size, as in `linearised`: error of central differences 1e-10
 ROUNDING = 16 * np.finfo(float).eps  # of a channel's size: a smaller difference of two values counts as zero

@@ -24,11 +24,11 @@ from femflex.dynamics.equilibria.linearised import free_directions, linearised, 
 from femflex.dynamics.equilibria.local_derivative import local_derivative, on_line
 from femflex.dynamics.equilibria.states import effector_states
 from femflex.dynamics.model import Model, compile_system
+from femflex.effectors.constant_commands import is_sampled, with_held_commands
+from femflex.effectors.sensor import without_quantum
 from femflex.noun.problems import suggestion_text
 from femflex.pipeline.rest import rest_equilibrium, rest_state, rest_system
 from femflex.system import System
-from femflex.system.constant_commands import is_sampled, with_held_commands
-from femflex.system.sensor import without_quantum
 
 STEP = 1e-4  # of a usual size: the first of steps that fall
 SAME = 1e-9  # relative difference of two periods that are one

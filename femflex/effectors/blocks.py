@@ -12,17 +12,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from femflex.arrays import Array
+from femflex.effectors import block_kernels
+from femflex.effectors.noun import UNLIMITED
 from femflex.system.controller import Controller
 from femflex.system.effector import Effector
 from femflex.system.evaluation import CHANNEL_FOLDER
-from femflex.system.wheel import UNLIMITED
 
 OFF = 1e-9  # part of a period below which a pulse is none
 
@@ -186,14 +188,18 @@ def block(
         law = SampledBlock(discretised(system, period), limits, scaled, paths_of(inputs))
         return Controller(name, law, period, law.paths, named, memory=np.zeros(n))
     numbers = [float(m), float(n), float(p), float(scaled)]
-    return Effector(
+    A, B, C, D = system
+    controller = Effector(
         name,
-        "state_space",
+        block_kernels.state_space,
         states={f"x{k + 1}": "1" for k in range(n)},
         inputs=tuple(inputs),
         channels=named,
-        parameters=np.concatenate([numbers, *(matrix.ravel() for matrix in system), limits]),
+        parameters=np.concatenate([numbers, *(matrix.ravel() for matrix in (A, B, C, D)), limits]),
+        kind="controller",
     )
+    off = np.concatenate([numbers, *(matrix.ravel() for matrix in (A, B, 0.0 * C, 0.0 * D)), limits])
+    return replace(controller, silent=partial(replace, controller, parameters=off))
 
 
 def refuse_repeated(name: str, outputs: Mapping[str, str] | Sequence[str]) -> None:
@@ -257,7 +263,16 @@ def attitude_feedback(
         paths = paths_of(inputs)
         return Controller(name, SampledAttitude(P, D, J, limit, paths), period, paths, outputs)
     numbers = np.concatenate([[float(bool(momentum))], P.ravel(), D.ravel(), J.ravel(), [limit]])
-    return Effector(name, "attitude_feedback", inputs=inputs, channels=outputs, parameters=numbers)
+    controller = Effector(
+        name,
+        block_kernels.attitude_feedback,
+        inputs=inputs,
+        channels=outputs,
+        parameters=numbers,
+        kind="controller",
+    )
+    off = np.concatenate([numbers[:1], np.zeros(27), numbers[28:]])
+    return replace(controller, silent=partial(replace, controller, parameters=off))
 
 
 @dataclass(frozen=True, eq=False)

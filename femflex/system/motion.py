@@ -21,10 +21,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from femflex.case.columns import column_of
 from femflex.noun.problems import suggestion_text
 from femflex.noun.units import NOUNS, UnitError
 from femflex.noun.values import Quantity, ValueProblem, _Readable, checked_word, value_text
+from femflex.system.columns import column_of
 from femflex.system.profile import ENDS, Profile
 
 FREE, LOCKED = "free", "locked"
@@ -109,6 +109,8 @@ class MotionOf(_Readable):
 
     def read_value(self, value: Any) -> Motion | None:
         """The motion; None if free."""
+        if isinstance(value, Profile):
+            return self._fixed(value)
         if value == FREE:
             return None
         if value == LOCKED:

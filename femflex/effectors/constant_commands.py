@@ -7,11 +7,12 @@ from typing import TypeGuard
 
 import numpy as np
 
+from femflex.effectors.block_kernels import state_space
+from femflex.effectors.noun import UNLIMITED
+from femflex.effectors.signal import constant_signal
 from femflex.system.controller import Controller
 from femflex.system.effector import Effector
-from femflex.system.signal import signal
 from femflex.system.system import System
-from femflex.system.wheel import UNLIMITED
 
 UNIT = "-unit"  # after the name of a controller: a signal that its held commands multiply
 
@@ -44,9 +45,10 @@ def _constant_commands(controller: Controller) -> tuple[Effector, Effector]:
     unit = f"{controller.name}{UNIT}"
     block = Effector(
         controller.name,
-        "state_space",
+        state_space,
         inputs=(f"{unit}.value",),
         channels=dict(controller.commands),
         parameters=numbers,
+        kind="controller",
     )
-    return signal(unit, [0.0], [1.0]), block
+    return constant_signal(unit, 1.0), block

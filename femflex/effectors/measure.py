@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 from femflex.arrays import Array
-from femflex.dynamics.effectors.built_in.gimbals import rotated
-from femflex.dynamics.effectors.effector_functions import ACT
+from femflex.effectors.gyro import rotated
 from femflex.kernels.compiled import inner
-from femflex.kernels.entries import entry
+from femflex.kernels.entries import ACT, entry
 from femflex.kernels.vectors import (
     Matrix,
     Vector,
@@ -26,7 +25,7 @@ from femflex.kernels.vectors import (
     turn_back,
 )
 
-# parameters, as femflex.system.sensor lays them: kind, number of markers, bias (3), then own numbers
+# parameters, as femflex.effectors.sensor lays them: kind, number of markers, bias (3), then own numbers
 KIND, MARKERS, BIAS, OWN = 0, 1, 2, 5
 ATTITUDE, RATE, DISPLACEMENT, VELOCITY, ACCELERATION, POINTING, JOINT, VALUE = 0, 1, 2, 3, 4, 5, 6, 7
 

@@ -23,11 +23,12 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.body.strain_field import StrainPart
+from femflex.effectors.measure import measure
+from femflex.effectors.noun import unit_direction
 from femflex.summary import Rows, Summarised
 from femflex.system.controller import Controller
 from femflex.system.effector import Effector
 from femflex.system.evaluation import CHANNEL_FOLDER
-from femflex.system.wheel import unit_direction
 
 Kind = Literal["attitude", "rate", "displacement", "velocity", "acceleration", "pointing", "joint", "value"]
 
@@ -142,7 +143,7 @@ class Sensor(Summarised):
         lagged = self.kind == "acceleration"
         return Effector(
             name,
-            "measure",
+            measure,
             markers,
             freedoms=(self.freedom,) if self.kind == "joint" else (),
             states={f"lagged_{axis}": "m/s" for axis in XYZ} if lagged else {},
@@ -151,6 +152,8 @@ class Sensor(Summarised):
             exerts=(),
             starts={axis: (f"lagged_{axis}", float(b)) for axis, b in zip(XYZ, bias, strict=True)} if lagged else {},
             parameters=np.concatenate([[kind, float(len(markers))], bias, numbers]),
+            kind="sensor",
+            conserves=True,
         )
 
 

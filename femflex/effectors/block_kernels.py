@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from femflex.arrays import Array
-from femflex.dynamics.effectors.built_in.wheel import limited
-from femflex.dynamics.effectors.effector_functions import ACT
-from femflex.kernels.entries import entry
+from femflex.effectors.wheel import limited
+from femflex.kernels.entries import ACT, entry
 from femflex.kernels.vectors import add, cross, load3, load9, scale, store3, sub, turn
 
 INPUTS, STATES, OUTPUTS, SCALED, MATRICES = 0, 1, 2, 3, 4  # of a state-space block: sizes, then A, B, C, D, limits

@@ -1,0 +1,237 @@
+"""What every effector is: a table of a case, a constructor in Python, and the numbers that its function reads by name.
+
+THE MODEL. An effector is one file with one class and one function:
+
+    class Brake(Mounted, heading="brakes"):
+        # its docstring describes the table, and the text behind each field that key
+        damping: Annotated[float, Quantity("N m s/rad", least=0.0)]
+
+        accounts = ("dissipation",)
+        exerts = ("torque",)
+
+
+    P, IN, OUT = Brake.places()
+
+
+    @Brake.kernel
+    def brake(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> None:
+        rate, c = load3(seen, IN.rate), parameters[P.damping]
+        store3(out, OUT.torque, scale(-c, rate))
+        out[OUT.dissipation] = c * dot(rate, rate)
+
+The class gives the table [brakes.NAME], its errors, its schema and reference page, and `Brake(body="hub",
+damping="3 N m s/rad")` with the same checks. `heading` registers it, so that cases may have it.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import types
+import typing
+from collections import namedtuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from femflex.arrays import Array
+from femflex.body import FlexibleBody
+from femflex.effectors.registry import register
+from femflex.kernels.entries import ACT, Entry
+from femflex.noun.table import Table
+from femflex.noun.values import Quantity, _Readable
+from femflex.system.acting import ALONE, Context
+from femflex.system.controller import Controller
+from femflex.system.effector import ACCOUNTS, EXERTED, Effector
+from femflex.system.variation import Variation
+
+UNLIMITED = 1e300  # in place of a limit that is not given
+
+
+class EffectorNoun(Table):
+    """An effector as a table and as an object: see this module.
+
+    label     its name in messages; the words of the class's name where it gives none
+    act       its function
+    n_markers, states, channels, accounts, exerts   as those of femflex.system.Effector; a noun whose counts depend on
+              its values says so in `effector`
+    writes_all  whether its function writes all its results, so that these are not set to zero beforehand
+    derived   names of numbers in addition to those of its fields, which `numbers` returns
+    """
+
+    label: ClassVar[str] = "effector"
+    act: ClassVar[Any] = None
+    n_markers: ClassVar[int] = 1
+    states: ClassVar[Mapping[str, str]] = {}
+    channels: ClassVar[Mapping[str, str]] = {}
+    accounts: ClassVar[tuple[str, ...]] = ()
+    exerts: ClassVar[tuple[str, ...]] = EXERTED
+    writes_all: ClassVar[bool] = False
+    derived: ClassVar[tuple[str, ...]] = ()
+
+    def __init_subclass__(cls, heading: str = "", **options: Any) -> None:
+        super().__init_subclass__(**options)
+        if "label" not in cls.__dict__:
+            cls.label = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", cls.__name__).lower()
+        if heading:
+            register(heading, cls)
+
+    @classmethod
+    def kernel(cls, function: Callable[..., None]) -> Entry:
+        """Decorator of the noun's function (t, seen, z, parameters, out), which is compiled once and kept on disk."""
+        cls.act = Entry(function, ACT, cls.writes_all)
+        return cls.act
+
+    @classmethod
+    def places(cls) -> tuple[Any, Any, Any]:
+        """Where the function finds its numbers: in parameters, in seen, and in out; each a named tuple of offsets.
+
+        parameters  fields that are numbers or vectors, in their order, then those of `derived`
+        seen        position, attitude, velocity, rate (of the first marker; the second follows each), inputs
+        out         force, torque, the states (their rates), the channels, and the accounts of energy and mass
+        """
+        numbers, n = {}, 0
+        for name, size in cls.number_sizes().items():
+            numbers[name] = n
+            n += size
+        m = cls.n_markers
+        seen = {"position": 0, "attitude": 3 * m, "velocity": 12 * m, "rate": 15 * m, "inputs": 18 * m}
+        out = {"force": 0, "torque": 3 * m}
+        out |= {name: 6 * m + k for k, name in enumerate((*cls.states, *cls.channels, *ACCOUNTS))}
+        return _offsets("Parameters", numbers), _offsets("Seen", seen), _offsets("Out", out)
+
+    @classmethod
+    def number_sizes(cls) -> dict[str, int]:
+        """Number of values of each of its numbers, in their order."""
+        sizes = {}
+        for name, field in cls.model_fields.items():
+            quantity = _quantity(field.metadata) or _quantity([field.annotation])
+            if quantity is not None and None not in quantity.shape:
+                sizes[name] = math.prod(size for size in quantity.shape if size is not None)
+        return sizes | dict.fromkeys(cls.derived, 1)
+
+    def numbers(self) -> dict[str, ArrayLike]:
+        """Values of its numbers by name; one that is not given is UNLIMITED. Nouns with `derived` numbers add these."""
+        values = {name: getattr(self, name) for name in self.number_sizes() if name not in self.derived}
+        return {name: UNLIMITED if value is None else value for name, value in values.items()}
+
+    def parameters(self) -> Array:
+        """Its numbers (n,), one after another."""
+        numbers = self.numbers()
+        return np.concatenate([np.atleast_1d(np.asarray(numbers[name], float)) for name in self.number_sizes()])
+
+    def markers(self) -> tuple[tuple[str, str], ...]:
+        """(body, marker) of each place at which it acts."""
+        return ()
+
+    def effector(self, name: str, context: Context = ALONE) -> Effector:
+        """The Effector of that name. Raises ValueError for values that do not fit together."""
+        return Effector(
+            name,
+            self.act,
+            self.markers(),
+            states=self.states,
+            channels=self.channels,
+            accounts=self.accounts,
+            exerts=self.exerts,
+            parameters=self.parameters(),
+            kind=self.label,
+        )
+
+    def effectors(self, name: str, context: Context = ALONE) -> Sequence[Effector | Controller]:
+        """What a System holds of it: its effector, or several, or none. Raises ValueError."""
+        return (self.effector(name, context),)
+
+    def carrier(self, name: str, body: FlexibleBody) -> FlexibleBody:
+        """The body that carries it, with the mass and inertia that it adds or takes out. Raises ValueError."""
+        return body
+
+    @classmethod
+    def variations(cls, bodies: Mapping[str, Any], nouns: Mapping[str, Any]) -> dict[str, Variation]:
+        """How the bodies vary that carry nouns of this class. Raises ValueError."""
+        return {}
+
+    def first_start(self) -> float | None:
+        """Time at which it first acts [s]; None for one that acts from the start, or on command."""
+        return None
+
+    def note(self, name: str) -> str:
+        """A sentence on what it did to the body that carries it; "" where there is nothing to say."""
+        return ""
+
+
+class Mounted(EffectorNoun):
+    """An element at a marker of a body."""
+
+    body: str
+    """Body that carries it."""
+    marker: str = "origin"
+    """Marker at which it acts; directions are in the axes of this marker."""
+
+    def markers(self) -> tuple[tuple[str, str], ...]:
+        """Its one marker."""
+        return ((self.body, self.marker),)
+
+
+class Between(Mounted):
+    """An element between two markers."""
+
+    n_markers = 2
+
+    parent: str
+    """The other body."""
+    parent_marker: str = "origin"
+    """Marker of the other body."""
+
+    def markers(self) -> tuple[tuple[str, str], ...]:
+        """The marker of the other body, and its own. Raises ValueError where they are one."""
+        ends = ((self.parent, self.parent_marker), (self.body, self.marker))
+        if ends[0] == ends[1]:
+            raise ValueError(f"found both ends at marker {self.marker!r} of body {self.body!r}; give two markers")
+        return ends
+
+
+NUMBER_START, SIGNAL = re.compile(r"\s*[-+]?\.?\d"), re.compile(r"[\w-]+\.[A-Za-z_]\w*")
+
+
+class NumberOrSignal(_Readable):
+    """A number with that unit, or the name of a signal."""
+
+    def __init__(self, unit: str) -> None:
+        self.number = Quantity(unit)
+
+    def read_value(self, value: Any) -> float | str:
+        """The number in SI, or the name: a text that does not begin with a number, or has the form of "2nd.value"."""
+        if isinstance(value, str) and not (NUMBER_START.match(value) and not SIGNAL.fullmatch(value)):
+            return value
+        return float(self.number.read_value(value))
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of both."""
+        return {"anyOf": [self.number.json_schema(), {"type": "string", "description": "name of a signal"}]}
+
+
+def unit_direction(name: str, what: str, vector: ArrayLike) -> Array:
+    """The unit vector of a direction. Raises ValueError where it has none."""
+    v = np.asarray(vector, float)
+    length = float(np.linalg.norm(v))
+    if v.shape != (3,) or not (math.isfinite(length) and length > 0.0):
+        raise ValueError(f"{what} of {name!r} is {v.tolist()}; expected three numbers, not all zero")
+    return v / length
+
+
+def _offsets(name: str, places: Mapping[str, int]) -> Any:
+    return namedtuple(name, list(places))(**places)
+
+
+def _quantity(annotations: Sequence[Any]) -> Quantity | None:
+    """The Quantity in a field's annotation, inside Annotated and unions."""
+    for annotation in annotations:
+        if isinstance(annotation, Quantity):
+            return annotation
+        if typing.get_origin(annotation) in (typing.Annotated, typing.Union, types.UnionType):
+            if (inner := _quantity(typing.get_args(annotation))) is not None:
+                return inner
+    return None

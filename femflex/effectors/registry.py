@@ -1,0 +1,31 @@
+"""The effectors that a case may name, by the heading of their tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from femflex.effectors.noun import EffectorNoun
+
+_NOUNS: dict[str, type[EffectorNoun]] = {}
+
+
+def register(heading: str, noun: type[EffectorNoun]) -> None:
+    """Let cases have tables of this noun, headed [heading.NAME]. A later noun of the same heading takes its place."""
+    _NOUNS[heading] = noun
+
+
+def forget(heading: str) -> None:
+    """Take the noun of this heading away from cases."""
+    del _NOUNS[heading]
+
+
+def nouns() -> Mapping[str, type[EffectorNoun]]:
+    """Heading -> noun of every effector that a case may name: those of femflex, and those defined elsewhere."""
+    package = import_module("femflex.effectors")
+    for module in iter_modules(package.__path__):
+        import_module(f"{package.__name__}.{module.name}")
+    return dict(_NOUNS)
