@@ -46,7 +46,7 @@ class Advice:
         return f"strain is {self.choice}: {self.reason}{LINEAR_HINT * (self.choice != 'linear')}"
 
     def data(self) -> dict[str, Any]:
-        """The advice as JSON can hold it, for result files and `--json`."""
+        """The advice as a dict that JSON can hold, for result files and `--json`."""
         return {key: value for key, value in asdict(self).items() if key != "category"}
 
 

@@ -44,7 +44,7 @@ class DeflectionWatch:
             shapes, size = _point_shapes(body)
             CACHED_SHAPES[body] = shapes, size, largest_displacements(shapes[: body.n_modes]), farthest_points(shapes)
         self._point_shapes, size, self._largest, self._candidates = CACHED_SHAPES[body]
-        self.size = max(size, longest) or np.inf  # all places may coincide
+        self.size = max(size, longest) or np.inf  # all points may coincide
         self._worst, self._delta = -1.0, np.zeros(body.n_modes)
 
     def shape_displacements(self, states: Array) -> Array:
@@ -136,7 +136,7 @@ def farthest_points(shapes: Array) -> Array:
 def _point_shapes(body: FlexibleBody) -> tuple[Array, float]:
     """Displacement (n_shapes, p, 3) of the points of a body per amplitude, and its size [m]."""
     if body.skin is not None and len(body.skin.points):
-        return body.skin.shapes, float(np.linalg.norm(np.ptp(body.skin.points, axis=0))) or 1.0  # all at one place
+        return body.skin.shapes, float(np.linalg.norm(np.ptp(body.skin.points, axis=0))) or 1.0  # all at one point
     positions = np.stack([marker.position for marker in body.markers.values()])
     shapes = np.stack([marker.phi.T for marker in body.markers.values()], axis=1)
     return shapes, max(float(np.linalg.norm(np.ptp(positions, axis=0))), 1.0)

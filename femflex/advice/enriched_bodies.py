@@ -31,7 +31,7 @@ from femflex.reduction.small_motions import body_of_shapes
 
 Place = tuple[str, str]  # group or end of the body, and a direction there ("" for all directions of an end)
 
-DEPENDENT_KINDS = ("derivative",)  # kinds of shapes of second order in the others: none of a small motion about rest
+DEPENDENT_KINDS = ("derivative",)  # kinds of second order in other shapes: zero in a small motion about rest
 ADDED_POLYNOMIALS = 8  # polynomials of each field beyond the functions that a beam has
 
 

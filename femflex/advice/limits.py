@@ -39,9 +39,9 @@ SLACK = 1e-3  # of the largest tension: compression below the accuracy of its es
 
 # Curved bodies that may snap
 SOFTENING_RATIO = 0.5  # tangent stiffness under deflection over that at rest below which a body counts as curved
-RESPONSE_REACH = 3.0  # deflection over rise of responses: beyond the state after snap-through, at twice the rise
+RESPONSE_REACH = 3.0  # deflection of responses over rise: snap-through leads to twice the rise
 DISPLACEMENT_OF_RISE = 0.1  # estimated displacement over a body's rise above which its softening matters
-RESPONSES = 8  # shapes from static responses: with them a curved panel snaps within 2 % of all its elements
+RESPONSES = 8  # shapes from static responses: a curved panel then snaps within 2 % of its finite elements
 
 # Truncation
 ENERGY_SHARE = 1e-3  # of a mode's strain energy above which a static shape is retained: 0.05 % of its frequency

@@ -118,8 +118,8 @@ def _is_free(system: System, joint: Joint) -> bool:
 def _joints_away_from_clamp(system: System, origins: BodyOrigins) -> Iterator[Advice]:
     """Warnings of joints that support a body away from the clamp of its shapes, with nothing attached to the clamp.
 
-    Shapes clamped at X with a support at Y make a correct model, but a stiff one: between the two they have only the
-    bending of a free end at Y. Static shapes of loads at Y, or a joint at X, correct this.
+    With shapes clamped at X and a support at Y the model is valid, but too stiff: between X and Y the shapes can only
+    bend as with a free end at Y. Static shapes of loads at Y, or a joint at X, correct this.
     """
     used_markers = _connected_markers(system)
     for joint, source in _clamped_children(system, origins):

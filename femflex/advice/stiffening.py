@@ -44,7 +44,7 @@ class OmittedStiffness:
     """
 
     def __init__(self, system: System, displacements: Mapping[str, Foreshortening] | None = None) -> None:
-        """known: other displacements than the foreshortening of the bodies' lowest shapes, by body."""
+        """displacements: by body, to be used instead of the foreshortening of the bodies' lowest shapes."""
         self._system = system
         foreshortenings = (
             {name: body.foreshortening for name, body in system.bodies.items()}

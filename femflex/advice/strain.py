@@ -244,7 +244,7 @@ def motion_extents(estimate: MotionEstimate, origins: BodyOrigins) -> dict[str, 
         states = estimate.elastic_states.copy()
         states[:, watch.first_coordinate : watch.first_coordinate + body.n_modes] /= (
             1.0 + np.maximum(gain, 0.0)[:, None]
-        )  # as spin holds it straight
+        )  # the stiffening reduces the deflection
         watch.shape_displacements(states)
         initial_watch.shape_displacements(model.x0[None])
         hardening = origins[name].hardening if name in origins and linear > 0.0 else 0.0
@@ -256,7 +256,7 @@ def motion_extents(estimate: MotionEstimate, origins: BodyOrigins) -> dict[str, 
             omega = lowest_frequency(body, attached_masses(system, name))
             spin = (
                 0.0 if float(gain.max()) * omega**2 > SPIN_STIFFENING_RATIO * spin**2 else spin
-            )  # then other forces pull
+            )  # then forces other than spin stiffen it
         gain_values = float(gain.max()), float(gain.min()), spin, float(rate.max())
         stretched = hardening * (max(linear, initial_watch.largest_deflection) * watch.size) ** 2
         other_values = {"hardening": stretched, "phase": phase, "swing": swing}

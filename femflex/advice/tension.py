@@ -1,11 +1,11 @@
 """Tension of tethers and membranes along a run: where and when they would go slack or wrinkle.
 
 The tension of an element is a linear function of displacement: sigma = sigma_0 + c.x + C eps(y), with x the static
-response to loads beyond the body's coordinates y. By reciprocity c.x = theta.F with K theta = c, less its part in the
-coordinates; derivatives, which depend on bending, are left out of these, since they and the squares of bending nearly
-cancel. The work of the displacement theta is computed as that of a foreshortening (`femflex.advice.stiffening`): on the
-inertia of spin, weight, gravity gradient, loads and attached bodies. The initial tension belongs to the loads f0 of the
-preload. Angular accelerations, and the vibration of other bodies, are neglected.
+response to loads beyond the body's coordinates y. By reciprocity c.x = theta.F with K theta = c, where theta excludes
+its part in the coordinates. Derivatives, which depend on bending, do not count as coordinates here, since they nearly
+cancel with the squares of bending. The work of the displacement theta is computed as that of a foreshortening
+(`femflex.advice.stiffening`): on the inertia of spin, weight, gravity gradient, loads and attached bodies. The initial
+tension belongs to the loads f0 of the preload. Angular accelerations, and the vibration of other bodies, are neglected.
 """
 
 from __future__ import annotations

@@ -64,10 +64,12 @@ class RicherCraft:
     def excited_motions(self, name: str) -> Array:
         """Elastic coordinates (n, k) [kg^1/2 m] of a body in the modes that the run excites in it.
 
-        In these the body is displaced by more than EXCITATION_SHARE of its largest amplitude (by the root of its strain
-        energy over the frequency), or it has more than that share of the energy of a mode that rotates a joint by more.
-        Their strain energy is 1/2 of the whole craft, times the phase that it decides on: without a share e of it, the
-        mode is out of phase by omega t e / 2 at the end, which matters by its vibration over the body's displacement.
+        A mode counts if it displaces the body by more than EXCITATION_SHARE of the body's largest amplitude (measured
+        by the root of the strain energy over the frequency). It also counts if it rotates a joint by more than this
+        share, and the body has more than this share of its energy. The strain energy of the whole craft is 1/2 in each
+        motion, times a weight above 1 where the phase matters more: without a share e of its energy a mode is out of
+        phase by omega t e / 2 at the end, and this error counts by the vibration in this mode over the body's
+        displacement.
         """
         if self.response is None or name not in self.response.shapes:
             return np.zeros((len(self.bodies[name].retained), 0))
@@ -249,11 +251,12 @@ def _orthonormal_rest(Q: Array, x: Array) -> Array:
 
 
 def truncation_warnings(system: System, richer: RicherCraft, band: float, t: float = 0.0) -> list[Advice]:
-    """A warning if richer sets would change the elastic motion of the run by more than HISTORY_ERROR, or one of the
-    craft's elastic frequencies below the band, and of its lowest unless loads and commands alone excite it, by more
-    than FREQUENCY_ERROR.
+    """A warning if richer sets would change the elastic motion of the run, or elastic frequencies of the craft.
 
-    t: time of the lengths of its members that deploy [s].
+    The limits are HISTORY_ERROR of the motion's peak, and FREQUENCY_ERROR of each frequency below the band [Hz] and of
+    the LOWEST_MODES; the latter do not count if loads and commands alone excite the craft.
+
+    t: time at which the lengths of deploying members are taken [s].
     """
     if richer.modes is None:
         return []
@@ -294,7 +297,7 @@ def truncation_warnings(system: System, richer: RicherCraft, band: float, t: flo
 def _frequency_errors(kept: Array, modes: RestModes) -> Array:
     """Relative error (n,) by which the kept frequencies [rad/s] exceed those of richer sets; 1 of modes beyond them.
 
-    By Rayleigh and Ritz the k-th of two sets of which one contains the other belong together.
+    The k-th frequencies of two sets are compared, which Rayleigh and Ritz justify where one set contains the other.
     """
     errors = np.where(modes.omega > 0.0, 1.0, 0.0)
     n = min(len(kept), len(errors))
@@ -305,7 +308,7 @@ def _frequency_errors(kept: Array, modes: RestModes) -> Array:
 def _history_error(kept: Array, richer: RicherCraft) -> tuple[float, int]:
     """Error of the elastic motion of a body, or of the rate of a joint, over its peak, and the mode that matters most.
 
-    A mode of a wrong frequency is out of phase by its error times omega t: it is lost when that is 1 rad.
+    A mode with an error of frequency is out of phase by this error times omega t; at 1 rad it counts as lost.
     """
     response, modes = richer.response, richer.modes
     assert modes is not None

@@ -1,4 +1,4 @@
-"""A flexible body as plain arrays: the seam between finite elements and dynamics.
+"""A flexible body as plain arrays: the interface between finite elements and dynamics.
 
 Whatever the discretisation (finite elements, admissible functions, lumped masses), a reduced body is its mass
 moments, strain tensors, damping, markers and a skin to draw.

@@ -28,8 +28,8 @@ class FlexibleBody(Summarised):
     markers  name -> Marker over all shapes; "origin" is always there
     skin     Skin over all shapes, or None for a body that cannot be drawn
     kinds    one word per shape: vibration, constraint, attachment, free-free, derivative, admissible, nodal; of slaved
-             ones also carried (the coordinates' own shapes, `condense`); of dependent shapes where coordinates
-             stretch: section, remainder (what they do not hold of the stretch)
+             shapes also carried (combinations of the coordinates' own shapes, `condense`), section (sections of beams
+             that turn) and remainder (part of the stretch that the coordinates of a nonlinear beam lack)
     omega    natural frequency of each shape where it means something, else nan [rad/s]
     slaves   (n_s, n, n)  A_s, symmetric: the last n_s shapes follow the first n, y_s = 1/2 delta.A_s delta
              (condensed form, THEORY section 3; sections of beams that turn); none where all are coordinates
@@ -37,8 +37,8 @@ class FlexibleBody(Summarised):
     strain_field  parts over all shapes that recover strain over the body; empty if unknown
     mass_points  points of mass over all shapes, of bodies so long that gravity is integrated over them; or None
 
-    Arrays, names and units only: it can be pickled. What a body was reduced from is its `reduction.Origin`; what is to
-    note on it is advice.
+    Arrays, names and units only: it can be pickled. The source of a body is its `reduction.Origin`, and notes on
+    it are advice.
     """
 
     moments: MassMoments

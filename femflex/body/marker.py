@@ -32,15 +32,15 @@ class Marker:
 
     @classmethod
     def at(cls, position: Array, orientation: Array | None = None, n_modes: int = 0) -> Marker:
-        """A marker that does not move with the elastic coordinates."""
+        """A marker at a position (3,) [m] with axes C_BM (3, 3) that does not move with the elastic coordinates."""
         zero = np.zeros((3, n_modes))
         return cls(np.asarray(position, float), zero, zero, np.eye(3) if orientation is None else orientation)
 
     def rotation_vector(self, delta: Array) -> Array:
         """Rotation vector of the point (..., 3) at amplitudes delta (..., n) of all shapes.
 
-        Of a section whose axis e stays on the tangent, with s = psi delta and p = s - e (e.s):
-        s - 1/2 (e.s) e x s + 1/6 |p|^2 p, right to second order in all and to third in the slopes.
+        For a section whose axis e stays on the tangent, with s = psi delta and p = s - e (e.s), it is
+        s - 1/2 (e.s) e x s + 1/6 |p|^2 p, correct to second order in all and to third in the slopes.
         """
         s = np.asarray(delta, float) @ self.psi.T
         if not self.axis.any():

@@ -23,7 +23,7 @@ class MassPoints:
         return replace(self, phi=self.phi @ X)
 
     def with_shapes(self, shapes: IntArray) -> MassPoints:
-        """The same points over the selected shapes alone."""
+        """The same points over the selected shapes (k,) alone."""
         return replace(self, phi=self.phi[:, :, shapes])
 
 

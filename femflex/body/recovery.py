@@ -48,8 +48,9 @@ class Peak:
 def resultants(part: StrainPart, y: Array) -> Array:
     """Resultants (t, p, s) of a part at amplitudes y (t, n): those of RESULTANTS, in this order.
 
-    Of lines axial force, bending moments and torque in the section's axes; of plates and shells forces and moments per
-    length in the section's axes; of solids stresses along the axes of the body. Initial stress is part of them.
+    For lines these are axial force, bending moments and torque in the section's axes; for plates and shells forces and
+    moments per length in the section's axes; for solids stresses along the axes of the body. Initial stress is
+    included.
     """
     names = RESULTANTS[part.kind][0]
     strains = part.strains(y)
@@ -65,9 +66,9 @@ def resultants(part: StrainPart, y: Array) -> Array:
 def von_mises(part: StrainPart, y: Array) -> Array | None:
     """Von Mises' equivalent stress (t, p) [Pa] at amplitudes (t, n); None where a part's stress is not known.
 
-    Of solids that of the stress, of plates of isotropic plies (a plain sheet, a sandwich) the largest of all faces of
-    plies, of round beams that of the outermost fibre by axial force, bending and torque. Plies of other materials are
-    known by their own stresses, other sections by their resultants.
+    For solids it follows from the stress. For plates of isotropic plies (a plain sheet, a sandwich) it is the largest
+    of all faces of plies, and for round beams that of the outermost fibre under axial force, bending and torque. Plies
+    of other materials have stresses of their own instead, and other sections their resultants.
     """
     if VON_MISES not in quantities([part]):
         return None
@@ -164,7 +165,7 @@ def quantity_by_name(part: StrainPart, name: str, y: Array) -> Array | None:
     """One quantity (t, p) of a part by its name, such as "moment_y" or "von_mises"; None if the part does not have it.
 
     Shear forces of lines are those that balance the moments: V_y = -dM_z/dx, V_z = dM_y/dx, in the axes of the section.
-    They hold the load of rotary inertia, and differ from the constitutive ones within elements that are too long.
+    They include the load of rotary inertia, and differ from the constitutive ones within elements that are too long.
     Stresses of plies, as "ply1_11", are those of the bottom or the top of the ply, where their magnitude is larger.
     """
     if name == VON_MISES:
@@ -223,7 +224,7 @@ def quantities(parts: Sequence[StrainPart]) -> dict[str, str]:
 
 
 def peaks(parts: Sequence[StrainPart], y: Array, time: Array) -> list[Peak]:
-    """The largest magnitude over time and points of every quantity, by group of members and name."""
+    """Largest magnitude of every quantity over points and times (t,) [s], by group and name; amplitudes y (t, n)."""
     best: dict[tuple[str, str, str], Peak] = {}
     for part in parts:
         units = quantities([part])

@@ -21,8 +21,8 @@ def rigid_body(
 ) -> FlexibleBody:
     """A body without shapes from its mass [kg] and inertia about its centre of mass (3, 3) [kg m^2].
 
-    inertia: also its principal moments (3,) along the axes of the body; left out, the mass is a point, which other
-        bodies or the joints must keep from turning freely
+    inertia: or its principal moments (3,) along the axes of the body. Without it the mass is a point, whose rotation
+        other bodies or the joints must constrain
 
     Raises ValueError when it has another shape, is not symmetric, not positive, or breaks the triangle inequality.
     """

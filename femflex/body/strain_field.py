@@ -56,10 +56,10 @@ class StrainPart:
     rows       (p, g, n)    generalised gradients per shape, in single precision
     linear     (s, g);  quadratic  (s, g, g)
     elastic    (1|p, s, s);  stress  (1|p, s)  the initial one
-    first      (n, n)       the part of first order of the amplitudes; the rest is of second (stretch of condensed
-                            bodies, and shapes that follow), and products of two of the second are left out, as they
-                            are of the energy
-    nonlinear  whether the body's strain keeps the quadratic part; else it meets the initial stress alone
+    first      (n, n)       the part of first order of the amplitudes; the rest is of second order (stretch of
+                            condensed bodies, and dependent shapes), and products of two amplitudes of second order
+                            are left out, as in the energy
+    nonlinear  whether the body's strain keeps the quadratic part; otherwise only the initial stress works on it
     lever      (1|p,)       polar radius of a line's section, with which twist is carried; half a plate's thickness [m]
     fibres     (0|1|p, 4)   of lines: stress of the extreme fibres per axial force, moment_z, moment_y and torque
                             [1/m^2, 1/m^3], the last NaN where the section is not round; none where not known
@@ -123,14 +123,14 @@ class StrainPart:
         return replace(self, rows=(self.rows @ X).astype(np.float32), first=first)
 
     def with_shapes(self, shapes: IntArray) -> StrainPart:
-        """The same part over the selected shapes alone."""
+        """The same part over the selected shapes (k,) alone."""
         return replace(self, rows=self.rows[:, :, shapes], first=self.first[np.ix_(shapes, shapes)])
 
     def at_point(self, point: Array) -> StrainPart:
         """The same part at one point (3,), body frame [m].
 
-        Of lines with several points per element: on the straight line through the two nearest points of an element,
-        the gradients linear between them and up to half their distance beyond. Else the nearest point.
+        For lines with several points per element it is on the straight line through the two nearest points of an
+        element, with gradients linear between them and up to half their distance beyond; otherwise the nearest point.
         """
         distances = np.linalg.norm(self.places - point, axis=1)
         k = int(np.argmin(distances))

@@ -47,7 +47,7 @@ def multiplicity(n: int, degree: int) -> Array:
 
 
 def form(packed: Array, d: Array, degree: int) -> float:
-    """S d...d."""
+    """S d...d of packed values (C,) at d (n,)."""
     rows = packed_indices(len(d), degree)
     return float((multiplicity(len(d), degree) * packed) @ d[rows].prod(axis=1))
 
@@ -93,12 +93,12 @@ def unpacked(values: Array, n: int, degree: int) -> Array:
 
 
 def truncated(values: Array, n: int, keep: int, degree: int) -> Array:
-    """The packed values of the tensor restricted to its first `keep` of n coordinates."""
+    """The packed values (C',) of a tensor, values (C,), restricted to its first `keep` of n coordinates."""
     return values[packed_indices(n, degree)[:, -1] < keep]
 
 
 def selected(values: Array, n: int, coordinates: IntArray, degree: int) -> Array:
-    """The packed values of the tensor restricted to `coordinates` of n, in their order."""
+    """The packed values (C',) of a tensor, values (C,), restricted to `coordinates` (k,) of n, in their order."""
     rows = np.sort(coordinates[packed_indices(len(coordinates), degree)], axis=1)
     position = np.zeros(len(rows), np.int64)
     first = np.zeros(len(rows), np.int64)

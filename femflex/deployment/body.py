@@ -47,9 +47,10 @@ class DeployingBody(NamedTuple):
     start: tuple[float, float]
 
     def resting_rates(self, delta: Array, rest: str = "place") -> Array:
-        """Rates (n,) [delta/s] of coordinates delta (n,) at t = 0 for a deflection at rest at a "place" of length.
+        """Rates (n,) [delta/s] of coordinates delta (n,) at t = 0, for a deflection that is at rest.
 
-        rest: "material" for points of the material at rest, "coordinates" for none.
+        rest: "place" if the deflection rests at every distance from the exit, "material" if the points of the material
+        rest, "coordinates" for rates of zero.
         """
         length, rate = self.start
         return resting_rates(self.shapes, length, rate, delta, rest)
@@ -62,7 +63,7 @@ def deploying_line(
 
     functions  admissible functions on xi = x / L (`BeamFunctions`, `StringFunctions`, ...); None: it stays straight
     length     L(t) [m], or a Reel whose states it is
-    options    see `Options`
+    options    see `DeployingOptions`
 
     Raises ValueError for a length that reaches zero or exceeds the stock.
     """
@@ -136,7 +137,7 @@ class DeployingOptions(TypedDict, total=False):
     stock        length of the whole member [m]; its mass stays constant. Left out: the largest length up to `until`
     until        last time of the run [s]; the length is checked up to it. Left out: 0
     reference    length at which coordinates are mass-normalised [m]. Left out: the first one
-    strain       "condensed" (the default), or "linear" without what axial forces and inertia do to bending
+    strain       "condensed" (the default), or "linear" without the effect of axial forces and inertia on bending
     damping      fraction of critical damping, one or one for each coordinate
     drum         "root" (the default): material is drawn out of the parent; "tip": it is laid out from the tip
     drum_radius  [m], for the torque of the drum

@@ -1,4 +1,4 @@
-"""Shapes that draw a deploying member in as it bends: u_2 = -1/2 int_0^x (v'^2 + w'^2) dx, to second order exactly."""
+"""Shapes of the foreshortening of a deploying member, exact to second order: u_2 = -1/2 int_0^x (v'^2 + w'^2) dx."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class SlavedShapes:
 
 
 def slaved_shapes_of(slope: Array, share: Array, weight: Array, knots: Array) -> SlavedShapes | None:
-    """Followers of the slopes (q, m, n) by xi of transverse displacements, each of a `share` (m,).
+    """Slaved shapes for slopes (q, m, n) by xi of m transverse displacements, with the `share` (m,) of each.
 
     weight (q,): of the Gauss points of the slopes, the same number of them between each two neighbours of the ends and
     the inner knots. None where nothing bends.

@@ -14,8 +14,8 @@ LEAST_POINTS = 12  # on an interval between two knots
 
 
 def gauss_between(knots: Array, n: int) -> tuple[Array, Array]:
-    """Points (q,) and weights (q,) [1] over 0 <= xi <= 1: n without inner knots, else n shared out, LEAST_POINTS in
-    each interval."""
+    """Points (q,) and weights (q,) [1] over 0 <= xi <= 1: n points, divided among the intervals between knots, with at
+    least LEAST_POINTS in each if there are inner knots."""
     edges = np.concatenate([[0.0], knots, [1.0]])
     intervals = len(edges) - 1
     x, w = gauss(n if intervals == 1 else max(LEAST_POINTS, -(-n // intervals)))

@@ -41,10 +41,10 @@ class StringFunctions:
     """Functions of a member without bending stiffness, which turns freely where it leaves the drum.
 
     y, z, axial  how many for v(x), w(x), u(x)
-    tip          "free", or "held" on the line of the member by what it ends at
+    tip          "free", or "held" on the line of the member by the body at its end
     family       "polynomial": xi times Jacobi polynomials, the first is a straight turn about the exit (of a free tip);
                  "characteristic": sines
-    straight     whether the straight turn is among them; without, where a joint turns the member instead
+    straight     whether the straight turn is among them; False where a joint turns the member instead
     """
 
     y: int = 0
@@ -97,7 +97,7 @@ class DeployingLine:
 
     mass_per_length        [kg/m]
     EA, EIy, EIz, GJ       axial [N], bending in x-z and in x-y, torsional stiffness [N m^2]; zero where it has none
-    tension                axial force at the tip that supports hold up [N], as of a blanket between its booms
+    tension                axial force at the tip that supports react [N], as of a blanket between its booms
     ry, rz                 radii of gyration of the section's mass [m]; rotary_inertia False: in torsion alone
     root, direction        the exit [m] and where the member points, body frame
     orientation            vector near the section's y axis; default as for beam members

@@ -17,8 +17,8 @@ the material flow of `femflex.system.variation` is
     flow  = lambdadot Y        turn = lambdaddot Y + lambdadot^2 (dY/dlambda - C)
     speed = lambdadot^2 tr C   its rate = 2 lambdadot lambdaddot tr C + lambdadot^3 d(tr C)/dlambda
 
-for the rate of int f dm over all points is int df/dt dm and what f jumps by where points are picked up: dX/dlambda
-holds the momentum flux at the exit.
+because the rate of int f dm over all points is int df/dt dm plus the jump of f where points are picked up: dX/dlambda
+contains the momentum flux at the exit.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class Inertia:
     drift       (1+n, 3)            X, see this module
     flow        (1+n, 3, 1+n, 3)    Y
     speed       (1+n, 3, 1+n, 3)    C
-    pickup      (1+n, 1+n)          mass picked up per lambda, times chi . chi there, of what it jumps by
+    pickup      (1+n, 1+n)          mass picked up per lambda, times chi . chi of its jump in velocity
     """
 
     mass: float

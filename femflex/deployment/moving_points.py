@@ -31,7 +31,7 @@ def moving_points(shapes: MemberShapes, total: float, at_tip: bool) -> MovingPoi
 
 
 def _points(shapes: MemberShapes, section_points: MaterialPoints, xi_rate: Array) -> dict[str, Array]:
-    """Places, shapes and what the material moves by; moved: rate of xi of the material over that of ln L, (k,)."""
+    """Positions, shapes and their drift with the material; xi_rate: rate of its xi over that of ln L, (k,)."""
     L, xi_rates = shapes.reference, xi_rate[:, None, None]
     value, inverse = section_points.values[0], L * section_points.values[-1][:, :, 1:]
     return {

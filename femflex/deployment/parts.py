@@ -79,7 +79,7 @@ def with_columns(shapes: Shapes, X: Array, condensed: bool) -> Shapes:
 def columns_of(functions: ShapeFunctions, M: Array, K: Array) -> Array:
     """Columns (n_functions, n) over the functions, orthonormal over the mass matrix M: vibration modes if K allows.
 
-    Of elements, the requested number of modes of each field is kept.
+    For elements, the requested number of modes of each field is kept.
 
     Raises ValueError for elements of a member that has no stiffness of its own.
     """
@@ -121,8 +121,8 @@ def _damping(V1: Series, n: int, ratio: float | Sequence[float]) -> Series:
 
 
 def resting_rates(shapes: MemberShapes, length: float, rate: float, delta: Array, rest: str) -> Array:
-    """Rates (n,) [delta/s] of coordinates delta (n,) at which the deflection rests at "place", or that of "material"
-    points."""
+    """Rates (n,) [delta/s] of coordinates delta (n,) at which the deflection is at rest; rest: as
+    `DeployingBody.resting_rates`."""
     if rest == "coordinates" or not shapes.n:
         return np.zeros(shapes.n)
     xi, weight = shapes.quadrature

@@ -45,12 +45,12 @@ class MemberSections:
     tip               the same of what is stowed at a drum at the tip, or None
     tangent           p -> (k, 3, 1 + n) derivatives by xi at the stations
     bends             (k, 2, n) second derivatives by xi of v and w at the stations, or None
-    slopes            (k, 2, n) first ones, by which bends in space are curved; zeros of linear strain
+    slopes            (k, 2, n) first derivatives, for the curvature in large deflections; zero for linear strain
     stiffness         (2,) EIz, EIy [N m^2]
     density           mass per length [kg/m] at sigma (see `tapered`); factor: of the bending stiffness there
     stock             length of the whole member [m], of which what is not deployed is stowed
     markers           name -> xi
-    support           tension at the tip that supports hold up [N]
+    support           tension at the tip that supports react [N]
     """
 
     stations: Array
@@ -190,7 +190,7 @@ def _means(shapes: MemberShapes) -> Callable[[Array, int], Series]:
 
 
 def material_motion(xi: Array, at_tip: bool, value: Series, slope: Series, bend: Series) -> tuple[Series, Series]:
-    """chi and chi_2 of material at xi."""
+    """chi and chi_2 of material at xi (k,), from Z (k, 3, 1 + n) and its first and second derivatives by xi."""
     xi_rate = (-xi if at_tip else 1.0 - xi)[:, None, None]
     chi = {p - 1: xi_rate * slope[p] + p * value[p] for p in value}
     chi2 = {

@@ -40,7 +40,7 @@ class DeployingStrip:
     width               [m]
     bending             E h^3 / (12 (1 - nu^2)) [N m]; zero for a membrane
     poisson             of a plate
-    tension             axial force at the tip that supports hold up, over the whole width [N]
+    tension             axial force at the tip that supports react, over the whole width [N]
     tension_across      per length [N/m]
     root, direction     middle of the exit [m] and where the strip points, body frame
     across              direction near that across the width; default as for beams

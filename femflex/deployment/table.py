@@ -41,7 +41,7 @@ class MarkerSeries:
 class DeployingParts:
     """Everything of a deploying body as series in lambda = (L - origin) / reference.
 
-    reference   L_0 [m];  origin  0, but where it is a piece of a table in the length [m]
+    reference   L_0 [m];  origin  0, except for a piece of a table over the length [m]
     inertia     moments and material flow
     V1, V3, damping  stiffness (n, n), packed quartic strain tensor (k,), none of linear strain; damping (n, n)
     markers     name -> MarkerSeries
@@ -138,7 +138,7 @@ class _Writer:
         self.terms: dict[tuple[int, int, int], Array] = {}
 
     def add(self, series: Series, write: Callable[[Array, Array], Any], rate: int = 0, acceleration: int = 0) -> None:
-        """Add the numbers that `put` writes of every coefficient."""
+        """Add the numbers that `write` puts into a block for every coefficient."""
         for power, value in series.items():
             if value.any():
                 out = np.zeros(self.block.size)

@@ -31,7 +31,7 @@ MAX_PIECES = 32
 
 
 def unit_factor(sigma: Array) -> Array:
-    """1 at every xi (k,) [1]."""
+    """1 at every sigma (k,) [m]."""
     return np.ones_like(sigma)
 
 
@@ -40,7 +40,7 @@ class MaterialTaper:
     """Factors (k,) on a line's mass per length, bending, axial and torsional stiffness, at sigma [m].
 
     sigma is the distance from the end that came out first: the tip if the drum is at the root. Between `knots` [m] the
-    factors are smooth, and at them they do not jump: a step in a section wants a member of its own on the tip.
+    factors are smooth, and at them they do not jump: a step in a section needs a second member at the tip of the first.
     """
 
     mass: Callable[[Array], Array] = unit_factor

@@ -91,7 +91,7 @@ def family(
     """Register a member family, with its options, under the name used in Member.family and in case files.
 
     prepare    changes the mesh for all members before dofs are numbered, and returns sentences about the changes
-    dimension  of its cells; it uses only these of groups that have others too
+    dimension  of its cells; in a group that has cells of other dimensions too, it uses only these
     """
 
     def register(function: Family) -> Family:

@@ -47,7 +47,7 @@ class Step:
 def formula(text: str, s: Array, length: Array | float) -> Array:
     """Value of an arithmetic formula of the arc lengths s [m], the whole arc length L [m] and pi, in the shape of s.
 
-    Raises ValueError for other than arithmetic, for a wrong number of arguments, and where a part of the formula is not
+    Raises ValueError for all but arithmetic, for a wrong number of arguments, and where a part of the formula is not
     finite at some s: a division by zero, an overflow, the root of a negative number.
     """
     return evaluate_formula(text, {"s": s, "L": np.asarray(length, float), "pi": np.float64(np.pi)})

@@ -123,7 +123,7 @@ class _NewNodes:
         return self._number(self._key(nodes, parents)) >= self._first
 
     def extended_group(self, members: IntArray) -> IntArray:
-        """A point group with the new nodes whose corners are all in it."""
+        """A point group, members (k,), with the new nodes whose corners are all in it."""
         inside = np.zeros(self._first, bool)
         inside[members] = True
         parents = np.concatenate(self._parents)

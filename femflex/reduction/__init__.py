@@ -1,4 +1,4 @@
-"""Structure -> FlexibleBody: sets of shapes, and what a body keeps of them."""
+"""Reduction of a Structure to a FlexibleBody: sets of shapes, and the body's quantities over them."""
 
 from __future__ import annotations
 

@@ -49,9 +49,9 @@ def beam_body(
     strain: "nonlinear" adds the stretch by slopes and twist (beam_strain) and needs axial functions; "condensed" makes
     the stretch dependent on bending (reduction.condense), along additional axial polynomials. With nonlinear strain
     the part of the squared slopes that the axial functions cannot represent is dependent too: characteristic ones are
-    sines and represent it badly (a strip would buckle laterally 11 to 50 % too late with two or three for each of
-    bending). Raises ValueError for torsion of a section without inertia, and for nonlinear strain without axial
-    functions.
+    sines and represent it badly (with two or three functions for each bending field, the lateral buckling load of a
+    strip would be 11 to 50 % too high). Raises ValueError for torsion of a section without inertia, and for nonlinear
+    strain without axial functions.
     """
     if functions.torsion and not (beam.ry or beam.rz):
         raise ValueError(

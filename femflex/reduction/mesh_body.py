@@ -29,7 +29,7 @@ def flexible_body(
     mesh     a Mesh, or the path of its file [m]
     members  what the groups of the mesh are made of (`fem.Member`)
     clamp    groups of the mesh that are clamped where modes are computed, which become markers, or group -> components
-             held ("x", "y", "z", "rx", "ry", "rz"); none: free-free modes
+             fixed ("x", "y", "z", "rx", "ry", "rz"); none: free-free modes
     modes    number of vibration modes
     markers  places for joints, loads and sensors: names of groups of the mesh, or marker -> group
     damping  ratio of critical of every mode, or a ModalDamping or RayleighDamping

@@ -39,8 +39,8 @@ def sheet_of(structure: Structure) -> Sheet | None:
     """The Sheet of a structure of flat plates; None if it is none, or if its vibration shapes suffice.
 
     A bend w of a length L, curvature 2 w / L^2, flattens a width b across where b^2 2 w / (L^2 h) is large: vibration
-    shapes have the crosswise curvature of small bends. On 1 m x 0.6 m x 1.5 mm the sag was 6 % short of the elastica of
-    the cylindrical bend where it is 20, 18 % where it is 40, 37 % where it is 100.
+    shapes have the crosswise curvature of small bends. On a sheet of 1 m x 0.6 m x 1.5 mm the deflection was 6 %
+    below the elastica of cylindrical bending where this number is 20, 18 % where it is 40, and 37 % where it is 100.
     """
     plates = [block for block in structure.strain if isinstance(block, PlateStrain)]
     if not plates:

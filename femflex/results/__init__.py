@@ -23,12 +23,13 @@ Every data set over time has the attributes unit, description, names (of the ent
 A body point at an instant is position + C_NB (points + sum_k delta_k shapes[k]).
 
 A run in progress, or one that was killed or interrupted, has `complete` False and further rows after the valid ones;
-their time is nan (in files up to 256 MB all else too), and `open_run` leaves them away. The file opens and is
-consistent at every moment, also while it is written: room for all rows is laid out before the first, blocks go into it,
-`progress` is written last, and how the run ended goes into room of its own (`ended` is text of fixed length, bytes to
-h5py). What changes the layout (a run that stops early is trimmed, a trimmed one resumed) is written next to it as
-`<file>.part` and moved into place. An existing file is refused unless `force` is given, and then replaced only when the
-new run has its first block. While a file is written, `.<file>.lock` next to it keeps other writers away (`lock`).
+their time is nan (in files up to 256 MB all else too), and `open_run` omits them. The file opens and is
+consistent at every moment, also while it is written: space for all rows is reserved before the first, blocks are
+written into it, and `progress` last. How the run ended is written into space of its own (`ended` is text of fixed
+length, bytes to h5py). What changes the layout (a run that stops early is trimmed, a trimmed one resumed) is written
+next to it as `<file>.part` and moved into place. An existing file is refused unless `force` is given, and then replaced
+only when the new run has its first block. While a file is written, `.<file>.lock` next to it keeps other writers away
+(`lock`).
 """
 
 from femflex.results.adding import add_channels

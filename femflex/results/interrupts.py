@@ -17,7 +17,7 @@ def has_work_to_finish() -> bool:
 
 @contextmanager
 def finished_on_interrupt(work: str) -> Iterator[None]:
-    """Context of work that an interrupt finishes with what there is of it, such as the frames of a movie."""
+    """Context of work that an interrupt ends with the part that is done, such as the first frames of a movie."""
     _unfinished.append(work)
     try:
         yield

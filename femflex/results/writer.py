@@ -120,7 +120,7 @@ class RunWriter:
     def finish(self, complete: bool, ended: str = "", statistics: Mapping[str, Any] | None = None) -> None:
         """Close the file, trimmed to its valid rows, saying how the run ended; a run without a block leaves no file.
 
-        A run that brought numbers that are not finite is never marked complete; `ended` then says which.
+        A run with numbers that are not finite is never marked complete; `ended` then says which they are.
         """
         if self._not_finite:
             complete, ended = False, "; ".join(filter(None, [ended, self._not_finite]))

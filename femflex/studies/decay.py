@@ -49,7 +49,7 @@ def mode_trend(counts: ArrayLike, values: ArrayLike, noise: ArrayLike = 0.0) -> 
 
 
 def _trend_without_law(v: Array, state: State, floor: float) -> Trend:
-    """The last value as the limit, uncertain by the last two changes; no limit when these are not the small ones."""
+    """The last value as the limit, uncertain by the last two changes; no limit unless these are the small ones."""
     change = np.abs(np.diff(v))
     recent = float(change[-2:].max())
     if len(change) < 3 or recent > 0.5 * change[:-2].max():

@@ -118,7 +118,7 @@ def returning_departures(Phi: Array) -> list[Array]:
 
 
 def _trivial_names(model: Model, x: Array, steps: list[Array], positions: list[int], sizes: Array) -> tuple[str, ...]:
-    """Names of the returning departures: known symmetries, as many unnamed ones as there are more, and their drift."""
+    """Names of the returning departures: of known symmetries, "neutral" for other unchanged ones, else "drift"."""
     if not steps:
         return ()
     unchanged, names, R = steps[0], list[str](), np.zeros((len(sizes), 0))

@@ -82,7 +82,7 @@ class HarmonicBalance:
     def jacobian(self, c: Array, omega: float, last_row: Array | None = None) -> Array:
         """Derivatives (n_x, n_x) [SI] of the unbalanced forces by harmonics and frequency, and a last row.
 
-        Left out, that is the derivative of the amplitude.
+        By default the last row is the derivative of the amplitude.
         """
         h, n = c.shape
         waves, projection = _cosine_matrices(h)

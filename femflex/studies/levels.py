@@ -31,8 +31,8 @@ from femflex.studies.joints_of_level import joints_of, with_joints_of_level, wit
 from femflex.system import Segments
 
 COUNTS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)  # default numbers of modes
-REFINEMENTS = 4  # default number of refinements, two if the mesh would have more than
-POINTS = 30_000  # points
+REFINEMENTS = 4  # default number of refinements; two if the mesh would have more than POINTS
+POINTS = 30_000  # of the refined mesh
 WITH_MODE_COUNT = ("cantilever", "free_free", "craig_bampton")  # reductions that keep a number of modes
 
 

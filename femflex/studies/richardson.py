@@ -24,7 +24,7 @@ SURELY = 3.0  # changes up to this multiple of the estimated rounding error coun
 def observed_order(x: ArrayLike, values: ArrayLike) -> float:
     """Order p [1] of v_0 + c x^-p through values (3,), in any unit, at ascending x (3,), from (v1 - v0) / (v2 - v1).
 
-    log(v1 - v0) / (v2 - v1) / log 2 when x doubles. nan when the changes differ in sign; 0 when they do not fall.
+    log((v1 - v0) / (v2 - v1)) / log 2 when x doubles. nan when the changes differ in sign; 0 when they do not fall.
     """
     (x0, x1, x2), (v0, v1, v2) = np.asarray(x, float), np.asarray(values, float)
     if not (v1 - v0) * (v2 - v1) > 0:

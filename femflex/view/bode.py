@@ -79,7 +79,7 @@ def plot_nichols(
 
 
 def nonzero_responses(responses: Mapping[str, ComplexArray]) -> dict[str, ComplexArray]:
-    """The responses that are not zero, at most as many as fit in a picture."""
+    """The responses (n,) that are not zero, at most as many as fit in a picture."""
     largest = max((float(np.abs(response).max()) for response in responses.values()), default=0.0)
     visible = {label: response for label, response in responses.items() if np.abs(response).max() > VISIBLE * largest}
     if not visible:

@@ -161,7 +161,7 @@ def _curves(run: Run, channel: str) -> list[Curve]:
 
 
 def _ratio_curves(above: list[Curve], below: list[Curve], channel: str) -> list[Curve]:
-    """The curves over the one of another channel; 0 where both are 0. Raises ValueError where it has several."""
+    """The curves divided by that of another channel; 0 where both are 0. Raises ValueError if that has several."""
     if len(below) != 1:
         raise ValueError(f"{channel!r} has {len(below)} components; name one to divide by, such as {channel + ':1'!r}")
     (by,) = below

@@ -20,7 +20,7 @@ class Motion:
     """Poses and elastic coordinates of bodies, and positions of traces, at instants (n_t,), in frame V of the camera.
 
     position  body -> (n_t, 3) [m];  attitude  body -> C_VB (n_t, 3, 3);  delta  body -> (n_t, n)
-    amplitudes  body -> (n_t, n)  delta, of a segment that of its own shapes
+    amplitudes  body -> (n_t, n)  delta; for a segment the amplitudes of its own shapes
     reference (n_t, 3, 3)  C_VR, R the orbital axes when orbiting, else the inertial ones
     traces    marker or contact -> (n_t, 3) [m], a marker's with its deflection magnified as the bodies are drawn
     sights    line of sight -> its start (n_t, 3) [m] and direction (n_t, 3)

@@ -61,7 +61,7 @@ def render_movie(
 
     speed     seconds of the run in one of the movie; by default 1 for runs of 4 to 20 s, else so that it lasts 12 s
     span      first and last time shown [s]; by default the start of the run and the time after which no point moves
-              visibly (`Plan.still`)
+              visibly (`ScenePlan.still`)
     progress  called with frames done and in all; what was drawn before an interrupt is kept
     """
     options = replace(Look(**look), fit="run")

@@ -20,9 +20,10 @@ BEYOND = 1.5  # distances of two points on a line, up to which the line through 
 def part_on_skin(field_part: StrainPart, points: Array) -> StrainPart:
     """The part at points (n, 3) [m] of a skin: its gradients there, from which strain and energy follow.
 
-    Gradients, not strains or energies: through a single layer of solids these go as the square of the height. Along
-    lines they are those on the line through the two nearest points; in plates and solids, of the plane that fits the
-    points of the element best, at a point between several elements their mean.
+    Gradients are interpolated and not strains or energies, because the latter vary as the square of the height through
+    a single layer of solids. Along lines the gradients are those on the line through the two nearest points. In plates
+    and solids they are those of the plane that fits the points of the element best, and their mean at a point between
+    several elements.
     """
     weights = skin_weights(field_part, points)
     p = len(field_part.places)

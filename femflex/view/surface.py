@@ -97,7 +97,7 @@ class Surface:
 def surface_of(skin: Skin, drawn_edges: str = "sharp", least_gap: float = np.inf) -> Surface:
     """The surface of a skin; its edges are the "sharp" ones, those of the "mesh", or "none".
 
-    "auto" draws the sharp ones, and the others as faint mesh lines if their median length is above `apart` [m].
+    "auto" draws the sharp ones, and the others as faint mesh lines if their median length is above `least_gap` [m].
     "thick" makes all edges lines of the body itself, so that a very slender one is visible.
 
     Raises ValueError for cells that cannot be drawn.
@@ -232,7 +232,7 @@ def _edges(points: Array, triangles: IntArray, quads: IntArray, which: str) -> I
 
 
 def _mesh_lines(points: Array, triangles: IntArray, quads: IntArray, sharp: IntArray, least_gap: float) -> IntArray:
-    """Sides (k, 2) that are not sharp, if half of them are longer than `apart` [m]; else none."""
+    """Sides (k, 2) that are not sharp, if half of them are longer than `least_gap` [m]; else none."""
     sides = np.unique(np.sort(_sides(triangles, quads), axis=1), axis=0)
     if not len(sides) or np.median(np.linalg.norm(np.diff(points[sides], axis=1)[:, 0], axis=1)) <= least_gap:
         return sides[:0]

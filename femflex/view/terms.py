@@ -52,10 +52,10 @@ def plot_terms(
 ) -> Path:
     """Path of a picture (.png or .svg): for each coordinate its motion, and below it the generalised forces on it.
 
-    parts: name -> (n_t, n_u) at the instants `time` of the run, summing to zero, with their signs in M udot + h - Q = 0
-    and M udot whole or split as "inertia/<source>". A coordinate's own inertia times acceleration is the line; all
-    other terms are on the other side of the equation, positive contributions stacked upwards and negative ones
-    downwards.
+    split_terms: name -> (n_t, n_u) at the instants `time` of the run, summing to zero, with their signs in
+    M udot + h - Q = 0, and M udot whole or split as "inertia/<source>". A coordinate's own inertia times acceleration
+    is the line; all other terms are on the other side of the equation, positive contributions stacked upwards and
+    negative ones downwards.
     """
     from matplotlib.figure import Figure
 

@@ -61,7 +61,7 @@ class RigidMotion:
         return [*self._loads(), *self._ties(), *self._springs()]
 
     def _loads(self) -> Iterator[AppliedForce]:
-        zero = np.zeros((len(self.times), 3))  # of a force or torque that a load does not have, and does not report
+        zero = np.zeros((len(self.times), 3))  # where a load has no force or no torque to report
         for load in self.system.loads:
             force, torque = (
                 np.einsum(

@@ -18,14 +18,14 @@ WRENCH = 6  # force and torque
 class AppliedLoad:
     """One load on a body at n_t instants, body axes.
 
-    name     what it is, as reported
+    name     of the load, as reported
     marker   where it acts; None: all over the body, as a field of accelerations -(b + W r), r from the body's origin
     values   (n_t, 12) b and W by its columns [m/s^2, 1/s^2]; or (n_t, 6) force and torque at the marker [N, N m]
     wrench   (n_t, 6) force and torque as reported
     arm      (n_t, 3) from the marker to where the force acts, on the attached body that turns with it [m]
     follows  whether the force turns with the marker, or keeps its direction
-    n_constrained  components of the motion of the marker that it constrains: 0; 3: translation, as the loop whose force
-             it is; 6: rotation too
+    n_constrained  number of components of the marker's motion that it constrains: 3 for translation, where the force is
+             that of a loop; 6 for translation and rotation; 0 for none
     inertia  (6, 6) of the bodies attached there, which move with the marker [kg, kg m, kg m^2]
     """
 
@@ -44,7 +44,7 @@ class AppliedLoad:
         return " and ".join(f"{size:.4g} {unit}" for size, unit in sizes if size > 0.0) or "0 N"
 
     def load_stiffness(self, row: int) -> Array:
-        """A (6, 6) [N, N m] of the force and torque that are added at the marker when it turns by theta, A (0, theta).
+        """The matrix A (6, 6) [N, N m] of the force and torque A (0, theta) added at the marker when it turns by theta.
 
         A force that keeps its direction at an arm r adds the torque (theta x r) x F = (r F^T - r.F) theta, of which the
         symmetric part has a potential (the torque itself counts as half turning with the marker).
@@ -85,7 +85,7 @@ class BucklingModel(Protocol):
         """
 
     def reduced_ratio(self, loads: Sequence[AppliedLoad], row: int) -> float:
-        """The same at an instant, for the buckling load in the reduced basis; follower loads count as dead loads."""
+        """Load over buckling load in the reduced basis, at one instant; follower loads count as dead loads."""
 
 
 def skew(a: Array) -> Array:

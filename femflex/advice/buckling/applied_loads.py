@@ -1,7 +1,7 @@
 """Loads on bodies along a rigid-body motion: own inertia and weight, applied loads, and attached bodies.
 
-Bodies attached at a marker pass on their own loads, one by one, and their inertia and weight. These are the rest of the
-force and torque in the joint there.
+Bodies attached at a marker pass on their own loads, one by one, and their inertia and weight. The latter are the
+remainder of the force and torque in the joint there.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ OWN = "its own inertia and weight"
 
 
 def applied_loads(system: System, names: Iterable[str], times: Array, states: Array) -> dict[str, list[AppliedLoad]]:
-    """All loads on these bodies, body axes [N, N m]; times (n_t,), states (n_t, n_x).
+    """All loads on each of these bodies by its name, in body axes; units as in `AppliedLoad`.
 
-    system: of rigid bodies that reports reactions; states (n_t, n_x) of its model at times (n_t,).
+    system: of rigid bodies that reports reactions; states (n_t, n_x) of its model at times (n_t,) [s].
     """
     model = compile_system(system)
     motion = RigidMotion(system, times, model.observe(times, states))
@@ -153,7 +153,7 @@ def _inertia_field(motion: RigidMotion, name: str, total: Array) -> AppliedLoad:
 
 
 def _total_about_origin(motion: RigidMotion, name: str, forces: list[AppliedForce]) -> Array:
-    """Force and torque (n_t, 6) of all of them about a body's origin, its axes."""
+    """Total force and torque (n_t, 6) [N, N m] of these forces about a body's origin, in its axes."""
     total = np.sum([force.wrench_about(motion.channels[f"bodies/{name}/position"]) for force in forces], axis=0)
     return np.hstack([_body_components(motion, name, total[:, :3]), _body_components(motion, name, total[:, 3:])])
 

@@ -17,7 +17,7 @@ from femflex.advice.buckling.applied_load import FIELD, WRENCH, AppliedLoad, Buc
 from femflex.advice.limits import CLEARLY_LARGER, LARGE_BUCKLED_DEFLECTION
 from femflex.arrays import Array
 
-ROUNDING = 1e-7  # of mass, size and least omega^2, twelve times EI / L^2 of a column: below it a load is rounding
+ROUNDING = 1e-7  # of mass x size x least omega^2, which is 12 EI / L^2 for a column: a smaller load is rounding
 SMALL_PATTERN = 1e-3  # of the largest load: patterns below it are neglected in selecting the instant
 PATTERNS, FEWER_PATTERNS = 6, 2  # largest number of patterns, and that for more than MANY_COORDINATES
 MANY_COORDINATES = 20_000  # coordinates above which each pattern costs a tenth of the modes

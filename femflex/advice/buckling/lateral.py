@@ -1,11 +1,12 @@
 """Moments of beams that buckle them laterally.
 
-A constant moment about an axis of stiffness EI_1 buckles a simply supported beam sideways at pi sqrt(EI_2 GJ) / L, over
-the root of (1 - EI_2 / EI_1) (1 - GJ / EI_1) for the deflection before buckling, where EI_2 is the stiffness about the
-other axis (Trahair, Flexural-Torsional Buckling of Structures (1993)). Linear buckling neglects this deflection; here
-moments are multiplied by that root, which is exact for a constant moment and near for others (for a cantilever under a
-load at its tip see Hodges and Peters, Int. J. Solids Structures 11 (1975) 1269). They vanish in round tubes. Where a
-beam bends about its weak axis they are neglected: it would have to turn by several radians before.
+A constant moment about an axis of stiffness EI_1 buckles a simply supported beam sideways at pi sqrt(EI_2 GJ) / L,
+divided by the root of (1 - EI_2 / EI_1) (1 - GJ / EI_1) for the deflection before buckling, where EI_2 is the stiffness
+about the other axis (Trahair, Flexural-Torsional Buckling of Structures (1993)). Linear buckling neglects this
+deflection; here moments are multiplied by that root, which is exact for a constant moment and approximate for others
+(for a cantilever under a load at its tip see Hodges and Peters, Int. J. Solids Structures 11 (1975) 1269). The product
+vanishes for round tubes. Moments about a beam's weak axis are neglected: the beam would have to turn by several radians
+before it buckles.
 """
 
 from __future__ import annotations

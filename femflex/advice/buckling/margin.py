@@ -88,7 +88,7 @@ def buckling_warnings(system: System, origins: BodyOrigins, margins: Mapping[str
     for name, margin in margins.items():
         form = system.bodies[name].strain_form
         if form == "nonlinear" and "response" in system.bodies[name].kinds:
-            continue  # made of what it does past buckling
+            continue  # its shapes are static responses past buckling
         text = {
             "linear": "; linear strain leaves this out",
             "condensed": CONDENSED_NOTE * (margin.ratio >= CONDENSED_INVALID_ABOVE),

@@ -134,7 +134,7 @@ class StructureBuckling:
 class ReducedBuckling:
     """The structure reduced to the shapes of its set, as a `StaticStructure`.
 
-    A dependent derivative takes load as one that is a coordinate: phi_i.K_sigma(x) phi_k = -theta_ik.f for a static
+    A dependent derivative carries load like one that is a coordinate: phi_i.K_sigma(x) phi_k = -theta_ik.f for a static
     response x = K^-1 f, which is the work of the load on the dependent shapes.
     """
 

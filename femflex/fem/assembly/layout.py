@@ -3,14 +3,14 @@
 A node on a support has its translations and rotations along the support's axes. A node that flat plates of one plane
 share has no stiffness about its normal m and turns in the plane alone. On a plane of symmetry or antisymmetry (zero
 rotations are those across the zero displacements) the plate meets its mirror image at a fold, whose nodes turn about m
-too: left are all directions in the plane that an allowed rotation has a part in. Elsewhere a plate hardly turns about
-m, and left are those that make less than 45 degrees with an allowed one.
+too: the node keeps all directions in the plane in which an allowed rotation has a component. Elsewhere a plate hardly
+turns about m, and the node keeps the directions that make less than 45 degrees with an allowed rotation.
 
-Dofs of no single node are components along directions D of a vector b (or a turn) that fades at the nodes. Displaced
-in no direction H, a side has H D b = 0. A side of plates deflects between its nodes too, by m (m.r) with
-r = (theta_1 - theta_2) x (x_2 - x_1) / 8. Where the support lets nodes turn only so that H r = 0 (a plane of symmetry
-or antisymmetry), the side stays on it: H (D b + m (m.r)) = 0, which is what the fold between the plate and its mirror
-image does (`femflex.fem.plate.sides`).
+Dofs that belong to no single node are components along directions D of a vector b (or a rotation) that vanishes at the
+nodes. A side that cannot move in directions H has H D b = 0. A side of plates deflects between its nodes too, by m
+(m.r) with r = (theta_1 - theta_2) x (x_2 - x_1) / 8. Where the support lets nodes turn only so that H r = 0 (a plane of
+symmetry or antisymmetry), the side stays on it: H (D b + m (m.r)) = 0, which is what the fold between the plate and its
+mirror image does (`femflex.fem.plate.sides`).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ STAYS = 1e-6  # part of a side's bulge r that a support may leave along its own 
 
 @dataclass(frozen=True, eq=False)
 class Extras:
-    """Dofs (n, k) that fade at the nodes (n, m) they lie between, and what they are components of.
+    """Dofs (n, k) of functions that vanish at the nodes (n, m) between which they lie.
 
     kind        "translation": displacements; "rotation": turns
     directions  (n, k, 3) unit vectors that they act along; None: along all, so that only a full support holds them

@@ -84,13 +84,13 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     orientation     (3,) vector near the section's y axis; without it the default of chain.element_frames is reported
                     where the section has axes, and warned of where elements run along the mesh's z axis
     rotary_inertia  True; False leaves out the section's rotary inertia in bending, as the classical closed forms
-                    beta L do, and as the body turns as a whole; that in torsion stays, the same about all axes across
-                    (no propeller moment)
+                    beta L do, and in rotations of the whole body; that in torsion stays, the same about all
+                    transverse axes (no propeller moment)
     start           point group where the arc length s begins; see chain.arc_length for the default
     extent          length of the line the group is a part of [m], if it is one: it decides on shear
-    bounded_energy  True takes away from twisted bends no more than a round section within would lose: bounded where
-                    flat sections bend far about their weak axis, exact to fourth order for round ones alone (None:
-                    False; a case that gives or chooses nonlinear strain has it True)
+    bounded_energy  True: bending with twist loses no more energy than that of the inscribed round section, so that
+                    the energy is bounded where flat sections bend far about their weak axis; exact to fourth order
+                    for round sections only (None: False; a case that sets or selects nonlinear strain has True)
     shear           True: Timoshenko, each element with shear strains of order - 2 terms (None: where offset or
                     shear_centre is given, or the section has a full stiffness)
     offset          (2,) y and z of the centroid from the node line [m]

@@ -39,7 +39,7 @@ __all__ = [
 
 NO_STIFFNESS = 1e-15  # strain energy over the size of its summands; rounding leaves about 1e-17 of a rigid motion
 NO_ENERGY = 1e-21  # eigenvalue over a dof's own below which a shape lies in dofs that have no stiffness at all
-FEW_DIGITS = 1e-14  # the same ratio below which rounding of K may reach a hundredth of a natural frequency
+FEW_DIGITS = 1e-14  # ratio as for NO_STIFFNESS below which rounding of K may reach a hundredth of a natural frequency
 RESIDUAL = 1e-9  # |K phi - omega^2 M phi| over the size of its summands, or else in energy
 
 log = logging.getLogger(__name__)

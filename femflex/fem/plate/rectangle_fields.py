@@ -19,8 +19,10 @@ XI, ETA = np.array([-1.0, 1.0, 1.0, -1.0]), np.array([-1.0, -1.0, 1.0, 1.0])
 
 
 def hermite(s: float, value: bool) -> Array:
-    """Coefficients (4,) [1] of the cubic of value (or of slope) 1 in s = -1 or 1, the other and both at -s being
-    zero."""
+    """Coefficients (4,) [1] of the cubic with value 1 (or, unless `value`, slope 1) at s = -1 or 1.
+
+    The other of the two is zero there, and both are zero at -s.
+    """
     return np.array([2, 3 * s, 0, -s]) / 4 if value else np.array([-s, -1, s, 1]) / 4
 
 

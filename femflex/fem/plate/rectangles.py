@@ -50,7 +50,7 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
 
     Mesh: frequencies converge with the fourth power of the size; four sides to the shortest half wave give 2e-4 for
     smooth modes, the corners of a clamp converge more slowly (a square cantilever: 4e-4 with 8 sides). At a fold the
-    twists of its planes are one, but for triangles on its other side.
+    planes share one twist, unless there are triangles on its other side.
 
     Second-order quadrilaterals are used by their corners. Raises ValueError on other cells, sections or options, and
     on quadrilaterals that are not rectangles (the plate family on triangles takes any shape).

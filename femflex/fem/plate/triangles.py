@@ -111,7 +111,8 @@ def triangle_inertia(
 def triangle_strain(elastic: Array, stress: Array, fields: Triangles, dof_map: LocalDofs, degree: int) -> PlateStrain:
     """Return the strain of triangles by a quadrature exact to the degree: 3 points for their linear strains.
 
-    Their in-plane field has linear gradients too, so stretch is sampled at the same points.
+    elastic (1|e, 1, s, s) and stress (1|e, 1, s), units as in `StrainBlock`. Their in-plane field has linear gradients
+    too, so stretch is sampled at the same points.
     """
 
     def exact(degree: int, elements: slice) -> PlateStrain:

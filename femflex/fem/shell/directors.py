@@ -43,8 +43,8 @@ def directors(
     surface_normals: Callable[[Array], Array] | None = None,
 ) -> Directors:
     """Directors of cells (e, k) by type; elements at a node share one where a chain of sides with angles between
-    their normals below fold_angle [rad] joins them there. known: unit normals (n, 3) of the surface at places (n, 3),
-    in place of those of the elements."""
+    their normals below fold_angle [rad] joins them there. surface_normals: returns unit normals (n, 3) of the surface
+    at positions (n, 3) [m], which are used instead of those of the elements."""
     normals = {name: normals_at_nodes(name, points[nodes]) for name, nodes in cells.items()}
     node = np.concatenate([nodes.ravel() for nodes in cells.values()])
     normal = np.concatenate([element_directors.reshape(-1, 3) for element_directors in normals.values()])

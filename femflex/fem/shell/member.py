@@ -103,9 +103,9 @@ def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     where other members turn them. Curved edges of six-, eight- and nine-node elements are used; four-node elements may
     be warped. Eight-node elements get a node in their centre.
 
-    Mesh: six-, eight- and nine-node elements come within 2 % of MacNeal and Harder's answers on their finest standard
+    Mesh: six-, eight- and nine-node elements come within 2 % of MacNeal and Harder's results on their finest standard
     meshes; four-node elements on most (docs/howto/elements.md). Three-node triangles have constant membrane strain: a
-    few among quadrilaterals do, a mesh of them is better served by the `plate` family.
+    few among quadrilaterals suffice, but for a mesh of them use the `plate` family.
     """
     options, where = member_options(member), f"shell on group {member.group!r}"
     plain = member_section(member, coupled=True)

@@ -1,1 +1,1 @@
-"""Solid members: isoparametric hexahedra."""
+"""Solid members: isoparametric tetrahedra, pyramids, wedges and hexahedra."""

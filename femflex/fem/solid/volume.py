@@ -20,7 +20,7 @@ from femflex.fem.solid.blocks import Dilatation, SolidStrain
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.quality import quadrature
 
-# with one value for an element bending is too soft
+# Poisson's ratios; higher where the projection has few functions, which would make bending too soft
 FULL = {
     "hexahedron": 0.35,
     "wedge": 0.45,

@@ -1,1 +1,1 @@
-"""Members without bending stiffness: tethers and membranes, which bear loads by tension alone."""
+"""Members without bending stiffness: tethers and membranes, which carry loads by tension alone."""

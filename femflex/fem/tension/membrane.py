@@ -47,8 +47,8 @@ def membrane(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     with all three components of u in its squares, so that large rotations are exact (THEORY section 3).
 
     Without tension a membrane has no stiffness across itself. Give it `prestress`, or find its tension by static
-    equilibrium with its supports and edge cables (`femflex.reduction.equilibrium`): tethers on the edges of the same
-    triangles share all displacements of the edges.
+    equilibrium with its supports and edge cables (`femflex.reduction.static_equilibrium`): tethers on the edges of
+    the same triangles share all displacements of the edges.
 
     section   PlateSection, or a thickness [m] with a material; its bending stiffness has no part
     options   axis            (3,) direction in the mesh's axes of the section's x axis, projected onto the membrane

@@ -39,7 +39,8 @@ class TensionStrain(DenseStrain):
     def lowest_tension(self) -> Array:
         """Tension [N] or lowest principal stress resultant [N/m] of the initial stress at the points (e, q).
 
-        Of the second Piola-Kirchhoff stress, which differs from the true one by parts of the size of the strain.
+        It is that of the second Piola-Kirchhoff stress, whose relative difference from the true one is of the size of
+        the strain.
         """
         return lowest_principal(self.smoothed_stress())
 

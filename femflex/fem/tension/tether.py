@@ -50,7 +50,7 @@ def tether(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     rotations are exact (THEORY section 3). Displacements are polynomials of the same order in all components.
 
     Without tension a tether has no stiffness across itself. Give it `prestress` between supports, or find its tension
-    by static equilibrium under weight, spin or gravity gradient (`femflex.reduction.equilibrium`).
+    by static equilibrium under weight, spin or gravity gradient (`femflex.reduction.static_equilibrium`).
 
     Options
     order           1 ... 8, order of the displacements (4; 2 for a member that lies along edges of membranes, which it

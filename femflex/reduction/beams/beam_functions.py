@@ -96,10 +96,10 @@ def bending_characteristic(ends: str, n: int) -> FunctionSet:
 
 @lru_cache(maxsize=256)
 def axial_characteristic(ends: str, n: int) -> FunctionSet:
-    """Vibration shapes of a uniform bar or shaft: sines and cosines; pinned and clamped ends hold it alike."""
+    """Vibration shapes of a uniform bar or shaft: sines and cosines; pinned and clamped ends are equivalent."""
     root, tip = (support != "free" for support in ends_of(ends))
     k: Array = np.arange(1.0, n + 1) - (0.5 if root != tip else 0.0)
-    phase = -np.pi / 2 if root else 0.0  # sine from a held root, cosine from a free one
+    phase = -np.pi / 2 if root else 0.0  # sine from a fixed root, cosine from a free one
 
     def functions(xi: Array, derivative: int = 0) -> Array:
         waves = np.cos(np.outer(xi, k * np.pi) + phase + derivative * np.pi / 2)

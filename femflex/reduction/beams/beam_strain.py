@@ -1,8 +1,9 @@
 """Nonlinear strain of a straight beam on admissible functions, with the measure of a meshed beam (`fem.beam.strain`).
 
-eps = u' + 1/2 (u'^2 + v'^2 + w'^2 + (I_p / A) theta'^2), I_p / A = ry^2 + rz^2, against EA; curvatures of large bends;
-with torsion functions the twist rate of a section that turns, to third order in energy: bent in its stiff plane, the
-beam tips over sideways. Without them twist cannot answer, and bends in two planes do not twist.
+eps = u' + 1/2 (u'^2 + v'^2 + w'^2 + (I_p / A) theta'^2), I_p / A = ry^2 + rz^2, with stiffness EA; the curvatures of
+large deflections; and, with torsion functions, the twist rate of a rotating section to third order in the energy, by
+which a beam bent in its stiff plane buckles laterally. Without torsion functions the beam cannot twist, and bending in
+two planes causes no twist.
 """
 
 from __future__ import annotations
@@ -45,9 +46,9 @@ class BeamStrains:
 def beam_strains(beam: UniformBeam, functions: BeamFunctions, X: Array, following: bool) -> BeamStrains:
     """The strains of the functions times X (count, n) [kg^-1/2].
 
-    following: stretch is to follow bending (reduction.condense). Then u' is as small as v'^2: its square is left out,
-    and what an inextensible beam's curvature has at fourth order comes in whole, in place of u'v'' and u'w'' in the
-    curvatures: right for a beam of any stiffness along its axis.
+    following: whether stretch will be dependent on bending (reduction.condense). Then u' is as small as v'^2. Its
+    square is left out, and all fourth-order terms of the curvature of an inextensible beam replace u'v'' and u'w'' in
+    the curvatures, which is correct for any axial stiffness.
     """
     xi, weight = gauss(2 * functions.max_count + 24)
     value, slope, curvature = (functions.fields(xi, beam.length, derivative) @ X for derivative in range(3))
@@ -71,11 +72,10 @@ def beam_strains(beam: UniformBeam, functions: BeamFunctions, X: Array, followin
 
 
 def inextensible(beam: UniformBeam, polar2: float) -> tuple[Array, Array]:
-    """Maps (3, 9, 9) and stiffnesses (3,) [N m^2] of a + b, a = v'v'' and b = w'w'', whose energy is that of the
-    third-order
-    curvature of a beam that keeps its length, (a + b) (EIz a + EIy b) / 2.
+    """Maps (3, 9, 9) and stiffnesses (3,) [N m^2] of strains in a = v'v'' and b = w'w'' of an inextensible beam.
 
-    With bounded_energy the product a b has the lesser stiffness alone: with the mean, skew bends of strips lose energy.
+    Their energy is that of its third-order curvature, (a + b) (EIz a + EIy b) / 2. With bounded_energy the product a b
+    has the smaller of the two stiffnesses; with their mean, strips that bend about a skew axis would lose energy.
     """
     shared = min(beam.EIy, beam.EIz) if beam.bounded_energy else (beam.EIy + beam.EIz) / 2
     maps = product_maps((((7, 4), (8, 5)), ((7, 4),), ((8, 5),)))
@@ -85,11 +85,11 @@ def inextensible(beam: UniformBeam, polar2: float) -> tuple[Array, Array]:
 def beam_strain(
     beam: UniformBeam, functions: BeamFunctions, X: Array, V1: Array, own: int
 ) -> tuple[StrainTensors, Array]:
-    """Strain tensors over the functions times X (count, n), with V1 (n, n) [1/s^2] as it is, and packed V3 of the first
-    `own` of them; `beam_strains` for the terms.
+    """Strain tensors over the functions times X (count, n) with the given V1 (n, n) [1/s^2], and packed V3 of the first
+    `own` of them; see `beam_strains` for the terms.
 
-    Those after the first `own` follow: no product of them strains the beam, and the tensors leave V3 out.
-    Raises ValueError where the tensors would take too much memory.
+    The functions after the first `own` are dependent: their products do not strain the beam. If there are any, the
+    tensors leave V3 out. Raises ValueError where the tensors would take too much memory.
     """
     n, following = X.shape[1], own < X.shape[1]
     require_room(own)

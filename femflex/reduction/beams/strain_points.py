@@ -21,7 +21,8 @@ MOST_POINTS = 3000  # points of a member that are kept individually; with more, 
 def strain_field(structure: Structure, phi: Array, nonlinear: bool) -> tuple[StrainPart, ...]:
     """Parts over shapes phi (n_dof, n) [m, rad], one for every block of the strain table whose points have places.
 
-    Bytes: 4 n g a point, g the strains (4 to 8) of a linear, unstressed body, else the gradients (6 to 11).
+    Memory is 4 n g bytes per point, where g is the number of strains (4 to 8) of a linear, unstressed body, and the
+    number of gradients (6 to 11) of others.
     """
     if not phi.shape[1]:
         return ()

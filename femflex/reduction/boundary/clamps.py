@@ -14,7 +14,7 @@ from femflex.fem.structure import Structure
 from femflex.fem.support import COMPONENTS, Supports
 from femflex.reduction.boundary.rigid import independent_columns, rigid_shapes
 
-Groups = str | Sequence[str] | Supports  # names; or name -> components held, e.g. ("x", "y", "z"), or a Support
+Groups = str | Sequence[str] | Supports  # names; or name -> fixed components, e.g. ("x", "y", "z"), or a Support
 
 SHOWN = 5  # unconnected parts, in addition to the largest, that a message lists
 
@@ -25,7 +25,7 @@ def names(groups: Groups) -> tuple[str, ...]:
 
 
 def held_dofs(structure: Structure, clamp: Groups) -> IntArray:
-    """Numbers (k,) of the independent dofs, ascending, that the clamps fix. A mapping names the components held at
+    """Numbers (k,) of the independent dofs, ascending, that the clamps fix. A mapping names the components fixed at
     each group."""
     return structure.constrained_dofs(clamp if isinstance(clamp, Mapping) else dict.fromkeys(names(clamp), COMPONENTS))
 

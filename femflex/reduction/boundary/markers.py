@@ -75,8 +75,9 @@ def attachable_nodes(structure: Structure, group: str) -> IntArray:
 def marker(rows: MarkerRows, phi: Array, name: str, turning: bool = True) -> Marker:
     """The Marker with these rows on shapes phi (n_dof, n), axes along the body frame.
 
-    Warns, if its rotation is of use, when the place moves but shows none about some axis (nodes of solids have none).
-    Nodes of plates turn but for about their normal, which plates hold stiffly: that is not missed.
+    Warns, if its rotation will be used, when the marker moves but shows no rotation about some axis (nodes of solids
+    have none). A rotation about the normal of a plate is not warned of: nodes of plates lack it, and plates are stiff
+    in it.
     """
     translation, rotation = rows.translation @ phi, rows.rotation @ phi
     if turning and rows.blind.size and not rows.turning and np.abs(translation).max(initial=0.0) > 0:

@@ -29,7 +29,7 @@ def solve_tangent(K: sparse.csr_array, b: Array) -> Array:
     """K^-1 b of a symmetric matrix and columns b (n, k).
 
     Past a limit point a tangent is not positive, and a pivot on the diagonal may be small. Then, and only then, rows
-    are exchanged: that breaks symmetry and fills the factors of a large mesh fifty times as slowly.
+    are exchanged: that breaks symmetry, fills the factors, and takes fifty times as long on a large mesh.
     """
     b = np.ascontiguousarray(b)
     try:

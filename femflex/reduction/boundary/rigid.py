@@ -10,7 +10,7 @@ from femflex.arrays import Array, IntArray
 from femflex.fem.eigen.modes import factorise, without_stiffness
 from femflex.fem.structure import Structure
 
-ROUNDING = 1e-13  # force on a dof over the sum of its terms, of all dofs the largest, below which it is none
+ROUNDING = 1e-13  # force on a dof below which it is zero, over the largest sum of terms at any dof
 RANK = 1e-9  # smallest singular value of unit columns below which they count as dependent
 RIGID = ("rigid",)  # key of the rigid motions that a Structure has cached
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
@@ -20,8 +20,8 @@ def dofs_of_node_motion(structure: Structure, translation: Array, rotation: Arra
     """Dof vectors (n_dof, k) of motions given as node translations and rotations (n_points, 3, k).
 
     Dofs at nodes follow the nodes (a flat plate's node takes the part of the rotation it can follow); the dofs that
-    belong to no node take the values of least strain energy, K_ee x_e = -K_en x_n, but those of tethers and membranes,
-    which are zero where nodes move linearly in their places.
+    belong to no node take the values of least strain energy, K_ee x_e = -K_en x_n, except those of tethers and
+    membranes, which are zero where the motion of the nodes is linear in position.
     """
     x, nodal, extra = _dofs_at_nodes(structure, translation, rotation)
     if extra.size:
@@ -35,7 +35,7 @@ def dofs_of_node_motion(structure: Structure, translation: Array, rotation: Arra
 
 def _dofs_at_nodes(structure: Structure, translation: Array, rotation: Array) -> tuple[Array, IntArray, IntArray]:
     """Dof vectors (n_dof, k) of motions of the nodes, all other dofs zero; numbers of dofs at nodes, and of those that
-    belong to none and are not zero where nodes move linearly."""
+    belong to none and are not zero where the motion of the nodes is linear in position."""
     k = translation.shape[2]
     A = sparse.vstack([structure.translation, structure.rotation]).tocsc()
     nodal = np.flatnonzero(np.diff(A.indptr) > 0)
@@ -74,7 +74,7 @@ def rigid_motion(r: Array) -> tuple[Array, Array]:
 
 
 def linear_shapes(structure: Structure) -> Array:
-    """Dof vectors (n_dof, 12) of unit motions z_a e_b, z = (1, r), that are uniform or linear in the place.
+    """Dof vectors (n_dof, 12) of unit motions z_a e_b, z = (1, r), that are uniform or linear in position.
 
     Dofs that belong to no node stay zero where no rigid motion moves them: the fields are linear without them. Least
     energy would have these relax the strain at free edges.

@@ -83,7 +83,7 @@ class Supported:
     def lowest_modes(self, n: int) -> Modes:
         """The n lowest elastic modes on the free dofs, by these factors (`fem.eigen.lowest_modes`).
 
-        Of an unsupported structure they exclude its rigid motions, unless it has stiffness against these too.
+        For an unsupported structure they exclude its rigid motions, unless it has stiffness against these too.
         """
         if not self.R.shape[1]:
             return lowest_modes(self.K, self.M, n, solve=self._free_answer)

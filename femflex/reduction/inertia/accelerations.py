@@ -25,7 +25,7 @@ def loads_of_rigid_accelerations(structure: Structure) -> Array:
 
     The rotational ones are about the origin.
 
-    M R, but for masses that lie off nodes of flat plates: these nodes do not turn about the normal as the body does.
+    This is M R, except for masses offset from nodes of flat plates, which do not turn about the normal with the body.
     """
     how = rigid_shapes, rigid_motion
     found: Array = structure.recalled(("rigid loads",), lambda: _loads(structure, *how))
@@ -69,9 +69,9 @@ def work_of_accelerations(structure: Structure, shapes: Array) -> Array:
 def answers_to_accelerations(structure: Structure, theta: Array, kept: Array) -> Array:
     """Combinations (n_dof, k) of shapes theta to add to kept ones for the response to every linear acceleration field.
 
-    Static answers of the structure confined to theta: with them added to the kept ones, the part of any theta that is
-    followed in the least-energy sense works on a field as the whole theta does. kept (n_dof, m) and what is found are
-    K-orthonormal.
+    They are static responses of the structure confined to theta. With them added to the kept ones, the part of any
+    theta that the shapes represent in the least-energy sense does the same work on a field as the whole theta. kept
+    (n_dof, m) and the result are K-orthonormal.
     """
     K_theta = structure.K @ theta
     inside = kept.T @ K_theta

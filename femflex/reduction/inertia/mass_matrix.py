@@ -6,17 +6,17 @@ A mass matrix M over translations u_i and rotations theta_i of nodes gives exact
     int phi_k dm,  int rho x phi_k dm        R^T M phi
     elastic mass                             phi^T M phi
 
-The other second moments P[A, a, B, b] = int z_Aa z_Bb dm ask which mass moves in which direction. A mass matrix tells
-that when it is a sum of a scalar part, m_ij 1 on the translations of nodes i and j, which any elements with scalar
-shape functions have (solids, consistent or lumped), and of rigid masses held by nodes, with offset S_i = int s dm and
-Q_i = int s s^T dm about the node. With z_A = a_A + G_A s, G_0 = 1 and G_k = skew(theta_k),
+The other second moments P[A, a, B, b] = int z_Aa z_Bb dm depend on which mass moves in which direction. A mass matrix
+determines this if it is the sum of a scalar part, m_ij 1 on the translations of nodes i and j, as of all elements with
+scalar shape functions (solids, consistent or lumped), and of rigid masses attached to nodes, with offset S_i = int s dm
+and Q_i = int s s^T dm about the node. With z_A = a_A + G_A s, G_0 = 1 and G_k = skew(theta_k),
 
     P[A, a, B, b] = sum_ij m_ij a_iAa a_jBb + sum_i [ a_A (G_B S)^T + (G_A S) a_B^T + G_A Q G_B^T ]_iab
 
 (THEORY section 3). Other mass matrices (consistent beams and shells) are lumped into such a sum by rows; then
 
     P[0, a, k, b]   its symmetric part is that of the rigid masses and (E rho)^T M phi_k of the others, with the linear
-                    displacement E rho of all nodes, which turn as the stiffness wants; its skew part is that of
+                    displacement E rho of all nodes, whose rotations follow from K; its skew part is that of
                     int rho x phi_k dm
     P[k, a, l, b]   is that of the lumped mass, with the shapes recombined so that P[k, a, l, a] is the elastic mass
 """
@@ -37,7 +37,7 @@ from femflex.reduction.boundary.rigid import rigid_shapes
 from femflex.reduction.inertia.moments import point_moments
 
 EXACT = 1e-9  # entry of the mass matrix that is not of the sum above, over the geometric mean of its two diagonal ones
-HEAVY = 0.5  # part of a shape's elastic mass in the lumped one, above which the lumped one tells its directions
+HEAVY = 0.5  # part of a shape's elastic mass in the lumped one, above which that determines its directions
 PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 SKEW = np.cross(np.eye(3)[:, None], np.eye(3)[None])  # eps_cab: component b of e_c x e_a, and cyclic
 
@@ -159,9 +159,9 @@ class MatrixMoments:
 def matrix_moments(structure: MatrixStructure, phi: Array, distribution: Distribution | None = None) -> MatrixMoments:
     """Mass moments (units of `MassMoments`) of shapes phi (n_dof, n) of given matrices.
 
-    distribution: of models whose dofs are not those of all nodes; left out, that of the nodes. Of reduced models it
-    misses most of some shapes: then the symmetric part of int rho phi_k dm counts as zero, and int phi_k phi_l dm as
-    equal along the three axes.
+    distribution: that of the mass, for models whose dofs are not those of all nodes; by default that of the nodes. The
+    default misses most of some shapes of reduced models: then the symmetric part of int rho phi_k dm counts as zero,
+    and int phi_k phi_l dm as equal along the three axes.
     """
     distribution = distribution or nodal_mass(structure)
     near = distribution.moments(phi)
@@ -279,7 +279,7 @@ def _symmetric_moments(structure: MatrixStructure, phi: Array, M: sparse.csr_arr
 
 
 def _parts(near: Array, Me: Array) -> tuple[Array, Array]:
-    """Parts (n,) of the elastic masses Me that second moments (n, 3, n, 3) have, and the shapes (n, n) they are of.
+    """Parts (n,) of the elastic mass Me that second moments (n, 3, n, 3) contain, for combinations (n, n) of shapes.
 
     In these combinations x of shapes both are diagonal, x^T Me x = 1 and x^T tr(near) x = diag(parts).
     """

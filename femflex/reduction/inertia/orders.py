@@ -11,10 +11,10 @@ would stiffen a deflected body: if a retained stretch takes part in the foreshor
 u'^2 / 2. A cantilever bent by 6.6 % of its length was 8.7 % too stiff with one stretching mode among eighteen.
 
 Rotation distinguishes the two. With V_m the membrane energy of a combination, V_r what the membrane would store if it
-were stretched as far as it turns, and V all of its energy, V_m / (V_r + V) is 0 of bending and torsion, of solids
-(pi thickness / wavelength)^2 / 3, and of a stretch between 1/3 and 1, where it bends other members of a folded one
-too. The bending of a curved body stretches it, but little compared with its rotation: about 5 (rise / span)^2. It is of
-first order, and all of its terms are kept.
+were stretched as far as it turns, and V all of its energy, V_m / (V_r + V) is 0 for bending and torsion of thin parts,
+(pi thickness / wavelength)^2 / 3 for bending of solids, and between 1/3 and 1 for a stretch, also where it bends
+other members of a folded structure. The bending of a curved body stretches it, but little compared with its rotation:
+about 5 (rise / span)^2. It is of first order, and all of its terms are kept.
 """
 
 from __future__ import annotations

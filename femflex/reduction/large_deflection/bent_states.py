@@ -1,11 +1,11 @@
-"""Static states of a structure whose shapes are held at large amplitudes: what all else does then.
+"""Static states of a structure whose shapes have large prescribed amplitudes, with their part outside the shapes.
 
     x(q) = argmin V(x) - f0.x      over all x with phi^T M x = q
 
 with V the full nonlinear strain energy. To second order x = phi q + 1/2 theta_ij q_i q_j with the static derivatives
 theta; at a deflection of several thicknesses the part outside the set, y(q) = x - phi q, has other shapes. They are
 found as the dual modes are (K. Kim, V. Khanna, X. Q. Wang and M. P. Mignolet, Nonlinear reduced order modeling of flat
-cantilevered structures, AIAA 2009-2492), but with the amplitudes held and not the loads: past a limit point there is
+cantilevered structures, AIAA 2009-2492), but with prescribed amplitudes instead of loads: past a limit point there is
 one state for each amplitude where there are several for a load.
 """
 

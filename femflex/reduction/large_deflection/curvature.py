@@ -1,7 +1,8 @@
-"""Whether a structure is curved, or held apart, as far as its bending goes: how soft or stiff bent shapes become.
+"""Softening and hardening in bending, of structures that are curved or whose supports prevent foreshortening.
 
-With the amplitude q of a shape held and all else relaxed, V = k q^2 / 2 + c q^3 + e q^4 to fourth order, c being zero
-of what is flat. Its tangent stiffness k + 6 c q + 12 e q^2 then falls to one side: below zero where it snaps through.
+With the amplitude q of a shape prescribed and all else relaxed, V = k q^2 / 2 + c q^3 + e q^4 to fourth order, where c
+is zero for a flat structure. Its tangent stiffness k + 6 c q + 12 e q^2 then falls to one side: below zero where it
+snaps through.
 """
 
 from __future__ import annotations
@@ -16,15 +17,15 @@ from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.statics import static_response
 from femflex.reduction.modes.vibration import responses_to_clamp_accelerations
 
-REACH = 0.1  # displacement over size up to which it is looked at
-LOOKED_AT = 3  # of the lowest vibration shapes
+REACH = 0.1  # displacement over size up to which the structure is assessed
+LOOKED_AT = 3  # number of the lowest vibration shapes that are assessed
 
 
 def least_stiffness_ratio(structure: Structure, modes: ModeSet) -> float:
     """The least tangent stiffness of low shapes over that at rest: 1 flat, below 0 it snaps.
 
-    Of the lowest vibration shapes and, in a clamped set, the static answer to an acceleration along its rise: the
-    lowest shapes of an arch may all be of those that leave its crown where it is.
+    These are the lowest vibration shapes and, in a clamped set, the static response to an acceleration along its rise,
+    because all of the lowest shapes of an arch may leave its crown at rest.
     """
     lowest = [k for k, kind in enumerate(modes.kinds) if kind in ("vibration", "free-free")][:LOOKED_AT]
     if not lowest:

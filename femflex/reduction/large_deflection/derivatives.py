@@ -90,7 +90,8 @@ def _weighted_candidates(
 def load_weights(structure: Structure, modes: ModeSet) -> Array:
     """Amplitudes q_i q_j (n(n+1)/2,) of pairs i <= j under equal loads of unit-mass shapes, over those of equal energy.
 
-    Pairs of two shapes stand for i j and j i, hence the root of two. A third derivative goes with the lowest shape.
+    Pairs of two shapes stand for i j and j i, hence the root of two. A third derivative is treated as being of the
+    lowest frequency.
     """
     i, j = np.triu_indices(modes.n_modes)
     omega = np.sqrt(over_mass(structure, modes))

@@ -6,8 +6,8 @@ saddle, the state has lost its stability and snaps to another one; this motion i
 
     x' = argmin V(x) - p.x + d/2 (x - x0).K (x - x0),      F.x = w,
 
-with the smallest drag that limits the length of a step: the motion of a structure in a very viscous fluid. In this way
-an arch is followed that buckles sideways and snaps, while paths of equilibria pass through dozens of unstable loads.
+with the smallest drag that limits the length of a step: the motion of a structure in a very viscous fluid. This
+follows an arch that buckles sideways and snaps, where a path of equilibria passes through dozens of unstable loads.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ FARTHEST = 1.5  # of that work: limit for structures that do not reach the defle
 SMALLEST = 1 / 32  # of a step of the work: smallest part before the path ends
 SETTLED = 1e-6  # last Newton step over the displacement
 ITERATIONS = 10
-LONGEST, KEPT = 2.0, 0.2  # dragged steps over those of the work in a linear structure, by energy norm: at most; noted
-DRAG, STIFFEST, RATE = 0.02, 1e4, 4.0  # the least drag, the largest, and how much stiffer where a step is too long
+LONGEST, KEPT = 2.0, 0.2  # dragged steps over work steps of a linear structure, by energy norm: longest; kept above
+DRAG, STIFFEST, RATE = 0.02, 1e4, 4.0  # smallest and largest drag, and its factor where a step is too long
 DRAGGED = 60  # largest number of steps to one minimum
 
 

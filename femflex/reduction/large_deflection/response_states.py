@@ -40,10 +40,10 @@ def with_responses(
     there. The default is the acceleration that moves the structure most. Each load acts in both directions until some
     node has moved by `deflection`; in the stiffer direction only up to the same energy. If unstable states occur, a
     small additional load on the lowest modes is applied in both directions, because a symmetric structure buckles to
-    both sides. If the load alone led to saddles, the states with the small load have buckled, and use the shapes that
-    are left; otherwise they are equivalent to those of the load alone. The kind of the shapes is "response"; omega is
-    that of the structure confined to them, and `note` states the number of states and their largest deflection.
-    Raises ValueError without clamps, and if no state is found.
+    both sides. If the load alone led to saddles, the states with the small load have buckled, and the remaining shapes
+    are computed from them; otherwise they are equivalent to those of the load alone. The kind of the shapes is
+    "response"; omega is that of the structure confined to them, and `note` states the number of states and their
+    largest deflection. Raises ValueError without clamps, and if no state is found.
     """
     if not modes.held.size:
         raise ValueError("responses are static states of a clamped structure, and this set is of a free one; drop them")

@@ -17,8 +17,8 @@ from femflex.reduction.modes.statics import static_response
 from femflex.reduction.modes.vibration import load_vectors
 from femflex.reduction.strain.following import FASTER
 
-FASTEST = 8.0  # frequency of a load's static shape over the highest of a set that it may join: the rest of an end load
-# that one mode leaves has 6.5, and a pull along a beam 100 times its radius of gyration some 40
+FASTEST = 8.0  # frequency of a load's static shape over the highest of a set that it may join: 6.5 for the rest of an
+# end load beside one mode, and about 40 for an axial load on a beam 100 times as long as its radius of gyration
 DRIVEN = 0.1  # share of the stretch by bending of one shape, above which a static shape is that stretch
 
 

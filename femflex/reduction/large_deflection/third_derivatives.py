@@ -1,12 +1,12 @@
-"""Static answers of third order: how a shape itself changes when large bending stretches the structure.
+"""Static responses of third order: the change of a shape itself when large bending stretches the structure.
 
 Under a load that would bend a linear structure as phi, the static path is
 
     x = phi q + 1/2 theta q^2 + psi q^3 + ...,      K psi = -(1/2 (dK/dphi) theta + f3(phi)),
 
 theta the static derivative of phi and f3 the part of the elastic force that is cubic in the displacements. A plate bent
-by more than its thickness may not curve crosswise as far as Poisson's ratio would have it, its edges apart: psi holds
-this, where vibration modes need dozens.
+by more than its thickness cannot take the transverse curvature of Poisson's ratio, except along its edges: psi
+represents this, for which dozens of vibration modes would be needed.
 """
 
 from __future__ import annotations

@@ -20,8 +20,8 @@ from femflex.warning import PhysicsWarning
 
 CLOSE = 1.25  # buckling load factor below which a warning is issued
 FAR = 1e3  # buckling load factor above which the stress counts as harmless
-CLASSED, EXACT = 1e-2, 1e-10  # part of the ratio of stiffness to which it is found, to see that it is far off, and else
-ROUGHLY, VECTORS, RESTARTS = 1e-3, 12, 8  # of the stiffness left; of Lanczos' method, some 60 solutions at most
+CLASSED, EXACT = 1e-2, 1e-10  # tolerance of the stiffness ratio, relative: to see that buckling is far off; else
+ROUGHLY, VECTORS, RESTARTS = 1e-3, 12, 8  # of the remaining stiffness; for Lanczos' method, 60 solutions at most
 SMALL = 400  # dofs up to which a dense solution is cheaper
 
 

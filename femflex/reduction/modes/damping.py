@@ -73,11 +73,12 @@ class ModalDamping:
 
         D = P diag(2 zeta omega) P^T + 2 zeta_1 omega_1 (Me - P P^T)
 
-    What added shapes hold outside the modes is damped at the rate of the first mode. They stand for modes that are not
-    in the set, are stiffer than these, and answer quasi-statically: the ratio at their own frequency would damp slow
-    motions (a wire boom at 20 rpm by 3.8 % instead of 0.6 %), and without damping they would ring on for ever.
-    Shapes that answer loads which move no mode (twist by a payload, of a set of bending modes) are damped at
-    their own frequency instead: no mode damps what they carry, and of many modes this is the limit.
+    The part of added shapes outside the modes is damped at the rate of the first mode. These shapes stand for modes
+    that are not in the set, are stiffer than these, and respond quasi-statically: the ratio at their own frequency
+    would damp slow motions (a wire boom at 20 rpm by 3.8 % instead of 0.6 %), and without damping they would vibrate
+    for ever. Static shapes of loads that do no work on the modes (twist by a payload, in a set of bending modes) are
+    damped at their own frequency instead: no mode damps the response to these loads, and many modes approach this
+    limit.
     With as many ratios as shapes, added ones among them, each of the modes of all shapes has its own.
     """
 

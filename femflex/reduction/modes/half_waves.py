@@ -5,7 +5,8 @@ A wave of number k has n = pi / (k h) elements of length h in its half. In surfa
 have mean |u_2 - u_1|^2 = 4 sin^2(k h / 2) mean |u|^2; n is that of the direction with fewest.
 
 Frequencies of four-node shells are 0.8 / n^2 to 1.1 / n^2 too high. Bricks of eight nodes and thickness t resist twist
-and double curvature besides, by a factor of 1 + (h / 5 t)^2. What others need is found on cantilever plates.
+and double curvature besides, by a factor of 1 + (h / 5 t)^2. The numbers for other elements were found on cantilever
+plates.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ NEEDED = {  # elements in a half-wave for an error of 2 % of a frequency
 SLENDER = 5.0  # length over thickness at which a brick of eight nodes needs 1.4 times as many
 SHARE = 0.1  # of the elements: fewer of a kind do not decide on a frequency
 FEW = 8  # modes that a line lists
-MANY = 99  # elements in a half-wave above which the number says nothing: a surface that hardly bends
+MANY = 99  # elements in a half-wave above which the number has no meaning: a surface that hardly bends
 VIBRATING = ("vibration", "free-free", "craig-bampton")
 
 

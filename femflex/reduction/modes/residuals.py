@@ -74,7 +74,7 @@ def _without_modal_work(structure: Structure, modes: ModeSet, F: Array, shapes: 
     energy = np.einsum("in,in->n", shapes, structure.K @ shapes)
     work = (shapes.T @ F) ** 2 / energy[:, None]
     energy_of_load = modal_energy + work.sum(axis=0)
-    share = work / np.where(energy_of_load > 0, energy_of_load, 1.0)  # of each load's answer
+    share = work / np.where(energy_of_load > 0, energy_of_load, 1.0)  # of each load's response
     return np.asarray(share[:, modal_energy > UNMOVED * energy_of_load].sum(axis=1) <= UNMOVED * share.sum(axis=1))
 
 

@@ -21,7 +21,7 @@ from femflex.reduction.modes.modeset import ModeSet
 
 UNHELD = np.zeros(0, np.int64)
 DEPENDENT = 1e-13  # least eigenvalue of the mass matrix of unit-mass shapes below which they are dependent
-TURN = 1e-3  # rotation times size below this part of the largest translation has no say in a shape's sign
+TURN = 1e-3  # rotation times size below this part of the largest translation does not decide a shape's sign
 
 
 def cantilever_modes(structure: Structure, clamp: Groups, n: int) -> ModeSet:
@@ -106,7 +106,10 @@ def ritz(structure: Structure, phi: Array) -> tuple[Array, Array]:
 
 
 def signed(structure: Structure, phi: Array) -> Array:
-    """The shapes with positive largest translation of a node, or largest rotation where nodes hardly translate."""
+    """The shapes phi (n_dof, n) [m, rad], signed so that the largest translation of a node is positive.
+
+    Where nodes hardly translate, the largest rotation is positive.
+    """
     size = float(np.linalg.norm(np.ptp(structure.mesh.points, axis=0)))
     motion = np.concatenate([structure.translation @ phi, TURN * size * (structure.rotation @ phi)])
     return phi * signs(motion)

@@ -1,9 +1,9 @@
 """Static equilibrium of a structure under steady loads, by its full nonlinear elastic force.
 
-The total potential is made least by Newton's method with a shift (Levenberg and Marquardt), which is there until the
-tangent is positive. A cable that is slack at first and hardly stretches is a narrow valley to that; where tethers and
-membranes start without tension, their elastic stiffness is first made so small that loads strain them by a tenth, and
-then goes up by factors to its own value.
+Newton's method with a shift (Levenberg and Marquardt) minimises the total potential; the shift is dropped when the
+tangent is positive. For a cable that is slack at first and hardly stretches, the minimum lies in a narrow valley.
+Where tethers and membranes start without tension, their elastic stiffness is therefore first reduced so far that loads
+strain them by a tenth, and then raised by factors to its own value.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ STAGE = 10.0  # factor of stiffness from stage to stage
 STEPS = 200  # Newton steps of a stage at most
 SHIFTED = 1e-3  # first shift, of the typical stiffness over the mass of a dof
 LEAST_SHIFT = 1e-12  # of the same, below which it is dropped
-ROUNDING, RELAXED = 1e-14, 1e-8  # of the elastic stiffness, and of the stress given: tension up to which it is none
-SLACK = 1e-6  # of the largest tension: compression up to which it passes for rounding of the discretisation
+ROUNDING, RELAXED = 1e-14, 1e-8  # of the elastic stiffness, and of the given stress: tension up to which it is zero
+SLACK = 1e-6  # of the largest tension: compression up to which it counts as an error of discretisation
 
 
 def static_equilibrium(structure: Structure, clamp: Groups, preload: Preload | None = None) -> Structure:
     """The structure about its static equilibrium under the preload and its initial stress, with the clamps fixed.
 
-    Its mesh has the deflected shape, its strain blocks the stress; f0 balances the loads, which act on in whatever it
-    becomes part of. Exact for tethers and membranes at any displacement (`femflex.fem.deflected`). Warns where tethers
-    are slack or membranes wrinkled. Raises ValueError where no equilibrium is found, and where tethers or membranes
-    have no tension in it.
+    Its mesh has the deflected shape, its strain blocks the stress; f0 balances the loads, which must act on the
+    body in its system too. Exact for tethers and membranes at any displacement (`femflex.fem.deflected`). Warns where
+    tethers are slack or membranes wrinkled. Raises ValueError where no equilibrium is found, and where tethers or
+    membranes have no tension in it.
     """
     held = held_dofs(structure, clamp)
     loads = loads_of_preload(structure, preload or Preload())
@@ -56,19 +56,19 @@ def static_equilibrium(structure: Structure, clamp: Groups, preload: Preload | N
 
 
 def is_preloaded(structure: Structure, held: IntArray) -> bool:
-    """Whether external loads balance the elastic force of a structure with dofs held (k,), numbers."""
+    """Whether external loads balance the elastic force of a structure with the dofs of numbers held (k,) fixed."""
     return is_known(structure, "preloaded", held)
 
 
 def is_known(structure: Structure, what: str, held: IntArray) -> bool:
-    """Whether a state, "at rest" or "preloaded", is known of a structure with dofs held (k,), numbers, or some of
-    them."""
+    """Whether a structure is known to be in a state, "at rest" or "preloaded", with the dofs of numbers held (k,)
+    fixed, or some of them."""
     keys = [key[1] for key in structure.known if key[0] == what]
     return any(np.isin(np.frombuffer(key, np.int64), held).all() for key in keys)
 
 
 def equilibrium(structure: Structure, held: IntArray, loads: Loads) -> Array:
-    """Displacements (n_dof,) [m, rad] at which elastic forces balance the loads, zero at the held dofs."""
+    """Displacements (n_dof,) [m, rad] at which elastic forces balance the loads, zero at the fixed dofs `held` (k,)."""
     free = np.delete(np.arange(structure.n_dof), held)
     elastic = structure.internal_force
     x = np.zeros(structure.n_dof)
@@ -108,7 +108,7 @@ def _with_stiffness_factor(block: TensionStrain, factor: float) -> TensionStrain
 
 
 def _newton(elastic: InternalForce, loads: Loads, free: IntArray, x: Array, scale: float, M: sparse.csr_array) -> Array:
-    """Least total potential from x (n_dof,) on."""
+    """Displacements (n_dof,) of least total potential, by Newton steps from x (n_dof,)."""
     masses = M.diagonal()[free]
     mass = sparse.diags_array(np.maximum(masses, 1e-6 * masses.max()))
     potential = elastic.energy(x) - loads.work(x)
@@ -145,7 +145,7 @@ def _newton(elastic: InternalForce, loads: Loads, free: IntArray, x: Array, scal
 
 
 def _without_residual(x: Array, left: float, scale: float) -> Array:
-    """x where what is left is rounding; else ValueError."""
+    """x if the unbalanced force `left` [N] is rounding; raises ValueError otherwise."""
     if left <= 1e3 * CONVERGED * scale:
         return x
     raise ValueError(
@@ -166,8 +166,8 @@ def refuse_untensioned(structure: Structure, given: float = 0.0) -> None:
 
 
 def refuse_slack(structure: Structure, held: IntArray) -> None:
-    """Raise ValueError when slack tethers or wrinkled membranes leave no positive stiffness with dofs held (k,),
-    numbers."""
+    """Raise ValueError when slack tethers or wrinkled membranes leave no positive stiffness with the dofs of
+    numbers held (k,) fixed."""
     on = supported(structure, held)
     try:
         negative = negative_pivots(factors(on.K_stiff))

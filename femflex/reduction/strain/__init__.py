@@ -1,1 +1,1 @@
-"""Strain tensors and what goes with them: prestress, condensed stretch, sections that turn."""
+"""Strain tensors, and what they depend on: prestress, condensed stretch, sections that turn."""

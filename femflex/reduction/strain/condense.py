@@ -193,7 +193,10 @@ def _columns(stiffness: Array, A: Array) -> tuple[Array, Array]:
 
 
 def to_fourth_order(V2: Array, first: Array) -> Array:
-    """V2 (n, n, n) of a symmetric tensor with at most one index of second order, symmetric again by its mean alone."""
+    """V2 (n, n, n) without its terms that have more than one index of second order.
+
+    first (n, n): the part of first order. Only the mean of the result over permutations of its indices is symmetric.
+    """
     with_two = first.T @ V2 @ first  # one index as it is
     of_first = np.tensordot(first.T, with_two, axes=1)
     return np.asarray(3.0 * with_two - 2.0 * of_first)

@@ -2,7 +2,7 @@
 
 Von Karman's membrane strains have the squares of w,x and w,y alone. A web that sways in its own plane turns about its
 normal by r = (v,x - u,y) / 2; the work of its membrane forces on r^2 / 2 is missing, and with it that part of what
-loads and spin stiffen or soften. Of a square box column that is half: its Euler load comes twice too high.
+loads and spin stiffen or soften. For a square box column this is half: its Euler load would be twice too high.
 """
 
 from __future__ import annotations

@@ -172,7 +172,7 @@ def stress_energy(structure: Structure) -> float:
 def _stress_and_strain(block: StrainBlock) -> tuple[Array, Array]:
     """Stress (e, q, n) of a table of strains, and the least strain with this stress.
 
-    In the table of a beam's shears, extension and bending have no stiffness but what couples them to shear.
+    In the table of a beam's shears, extension and bending have only the stiffness that couples them to shear.
     """
     stress = np.broadcast_to(block.stress, (*block.weight.shape, block.linear_map.shape[0]))
     if np.einsum("...ii->...i", block.elastic).all():

@@ -64,9 +64,8 @@ def warn_of_omitted_shear(structure: Structure, modes: ModeSet) -> None:
 
 
 def frequency_errors(structure: Structure, modes: ModeSet, first: int = FIRST) -> tuple[Array, IntArray]:
-    """By what part (n,) [1] the frequencies of the first vibration modes are too high for lack of shear, and which
-    modes
-    of the set those are."""
+    """Relative error (n,) [1] by which frequencies of the first vibration modes are too high without shear, and the
+    numbers (n,) of these modes in the set."""
     vibrating = [k for k, kind in enumerate(modes.kinds) if kind in VIBRATING and modes.omega[k] > 0]
     which = np.array(sorted(vibrating, key=lambda k: modes.omega[k])[:first], np.int64)
     shapes = modes.phi[:, which]
@@ -115,7 +114,7 @@ def _node_averaged(plates: ThinPlates, moments: Array) -> Array:
 
 
 def _places(corners: IntArray, normals: Array) -> IntArray:
-    """Numbers (e, c) that corners have in common whose node is one, on facets with normals (e, 3) of one surface."""
+    """Numbers (e, c) of corners, equal for corners at one node on facets, of normals (e, 3), of one smooth surface."""
     nodes, normal = corners.ravel(), np.repeat(normals, corners.shape[1], axis=0)
     found = np.full(len(nodes), -1, np.int64)
     n = 0

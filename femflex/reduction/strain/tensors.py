@@ -92,7 +92,7 @@ def add_products(total: Array, block: StrainBlock, raw: Array) -> None:
         for chunk in chunks:
             for part in block.nonlinear(chunk):
                 if part.elastic.any() and part.quadratic_map.any():
-                    sign = 1.0 if part.elastic[0, 0, 0, 0] > 0 else -1.0  # of a part: all of its points have it
+                    sign = 1.0 if part.elastic[0, 0, 0, 0] > 0 else -1.0  # the same at all points of a part
                     own = with_products(own, strain_columns(part, raw, small, room).reshape(m, -1), sign)
         return own
 
@@ -103,8 +103,8 @@ def add_products(total: Array, block: StrainBlock, raw: Array) -> None:
 
 
 def with_products(own: Array, X: Array, sign: float = 1.0) -> Array:
-    """Add the first rows of sign X^T X, X (k, m), to own (n_rows, m) in place; of all rows, on and above the diagonal
-    only."""
+    """Add the first rows of sign X^T X, X (k, m), to own (n_rows, m) in place; where these are all rows, only on and
+    above the diagonal."""
     rows, m = own.shape
     if rows < m:
         return np.asarray(dgemm(sign, X[:rows].T, X.T, 1.0, own, trans_a=1, overwrite_c=1))
@@ -115,7 +115,8 @@ def strain_columns(block: StrainBlock, raw: Array, small: bool, room: Array | No
     """X (n + n(n+1)/2, s, p) [J^1/2 per coordinate] of all points of a block, single shapes before pairs i <= j; in
     the room if that fits.
 
-    Of a part whose elastic matrix is negative, those of the opposite of it. A small body goes by numpy.
+    For a part with a negative elastic matrix, the columns are those of the opposite matrix. small: whether numpy is
+    used, which is faster for small bodies.
     """
     n = raw.shape[1]
     strains, Q = quadratic_strains(block)
@@ -130,7 +131,7 @@ def strain_columns(block: StrainBlock, raw: Array, small: bool, room: Array | No
     shape = (n + n * (n + 1) // 2, len(strains), e * q)
     X = np.empty(shape) if room is None or room.size < prod(shape) else room[: prod(shape)].reshape(shape)
     uniform = linear.shape[:2] == (1, 1)
-    if uniform:  # by one product, which many small ones are slow against
+    if uniform:  # one product is faster than many small ones
         X[:n] = np.tensordot(linear[0, 0, :, :needed], by_row, axes=1).swapaxes(0, 1)
     else:
         X[:n] = np.matmul(linear[..., :needed], g).reshape(e * q, -1, n).transpose(2, 1, 0)
@@ -165,7 +166,7 @@ def values_per_element(block: StrainBlock, n: int) -> int:
 
 
 def pair_number(i: IntArray, j: IntArray, n: int) -> IntArray:
-    """Place (...), an index, of pair i <= j among all in lexicographic order."""
+    """Index (...) of pair i <= j among all pairs in lexicographic order."""
     low, high = np.minimum(i, j), np.maximum(i, j)
     return low * n - low * (low - 1) // 2 + high - low
 

@@ -27,7 +27,7 @@ class Branch:
 
     name            character at the first speed, and number among those of the same character: "flap 1"
     eigenvalues     (n,) [1/s], nan where it could not be tracked
-    characters      (n,) character at each speed: one of WORDS
+    characters      (n,) character at each speed (`femflex.dynamics.equilibria.character`)
     growing         (n,) whether it grows there
     """
 

@@ -29,7 +29,7 @@ class Spin:
     """A steady spin and the small motions about it.
 
     speed      [rad/s]; the value, where a diagram is over another value than the speed
-    asked      whether it was requested, or is an intermediate one
+    requested  whether it was requested, or is an intermediate one
     x          (n_x,) the equilibrium
     vibration  the small motions, with damping
     words      (n,) character of each of them, see `character`

@@ -79,7 +79,7 @@ def _controller_off(effector: Effector) -> Effector:
 
 
 def _sampled_growth(system: System) -> tuple[float, float, float]:
-    """The same for sampled controllers, from the multipliers of a period; open loop: constant commands."""
+    """As `_continuous_growth`, from the multipliers of a sampling period; open loop means constant commands."""
     model = sampled_model(system)
     closed, open_multiplier = model.multipliers()[0], np.abs(np.linalg.eigvals(model.flow)).max()
     growth, open_growth = (

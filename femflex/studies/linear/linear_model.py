@@ -95,7 +95,7 @@ def linear_model(
              case along the axes in which they act, prescribed motions, signals, and commands of controllers
     outputs  channels, as in "bodies/hub/rate" or "bodies/hub/rate:y"; left out, attitude, rates of the root body,
              deflections of markers, and what sensors measure
-    at       time [s] at which loads and motions are taken; left out, those that vary are left out of the equilibrium
+    at       time [s] at which loads and motions are taken; by default those that vary are omitted in the equilibrium
     state    (n_x,) about which the model holds at that time, as a row of a run; no equilibrium is sought then
 
     Commands of sampled controllers are held. Derivatives are central differences, accurate to 1e-8 of each block's

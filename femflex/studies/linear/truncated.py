@@ -47,8 +47,8 @@ def modal_truncation(model: StateSpace, highest: float, static: bool = True) -> 
 def balanced_truncation(model: StateSpace, order: int) -> Truncated:
     """The model with so many states of the largest Hankel singular values; rigid-body modes are kept in addition.
 
-    The error is at most twice the sum of the singular values left out (its `bound`). Units of inputs and outputs weigh:
-    scale them first where they differ. Raises ValueError for a model whose vibrations are not damped.
+    The error is at most twice the sum of the singular values left out (its `bound`). Units of inputs and outputs act
+    as weights: scale them first where they differ. Raises ValueError for a model whose vibrations are not damped.
     """
     poles = model.eigenvalues()
     slow = SLOW * float(np.abs(poles).max(initial=0.0))

@@ -107,9 +107,10 @@ def _judgements(
 
 
 def _branches(values: Sequence[float], judgements: list[Judgement], name: str, quantity: str) -> list[ComplexArray]:
-    """Poles or multipliers (k,) at every value, branch by branch; NaN where a branch is a known motion, or nothing is.
+    """Poles or multipliers (k,) at every value, branch by branch; NaN where there is none.
 
-    A known motion, such as that of a joint without a damper, is no pole, and becomes one with the damper: from 0.
+    A known motion, such as that of a joint without a damper, is not among the poles; with the damper its pole starts
+    from 0.
     Raises ValueError where the number of states changes.
     """
     valid = [judgement for judgement in judgements if judgement.kind != NONE]

@@ -41,7 +41,7 @@ def case_stability(case: Case, progress: Progress | None = None) -> CaseStabilit
     """The stability of a case over the values of its [stability].
 
     progress is called with the part that is done, from 0 to 1. Raises CaseError without the table and for a key path
-    that is not in the case; a point that the case does not take, or without equilibrium, counts as none.
+    that is not in the case; a point that the case does not take, or without equilibrium, has no result.
     """
     table = table_of(case)
     judges = [_Judge.from_case(case, table, ())]

@@ -55,7 +55,7 @@ def read_journal(path: Path, plan: Plan) -> list[Outcome]:
 
 
 def open_journal(path: Path, plan: Plan, done: list[Outcome]) -> FileIO:
-    """The journal open for more, with what is done; one that was there is replaced when the new one is whole."""
+    """The journal with the finished members, open for more; it replaces an existing one when it is complete."""
     with atomic_file(path, force=True) as draft, FileIO(draft, "w") as file:
         _write_line(file, digest(plan))
         for outcome in done:
@@ -64,7 +64,7 @@ def open_journal(path: Path, plan: Plan, done: list[Outcome]) -> FileIO:
 
 
 def append_outcome(file: FileIO, outcome: Outcome) -> None:
-    """One more line, on the disk when this returns; none of it where it does not fit. Numbers keep every bit."""
+    """Append one line; it is on the disk on return, or not at all if it does not fit. Numbers keep every bit."""
     end = file.seek(0, os.SEEK_END)
     try:
         _write_line(file, json.dumps(asdict(outcome)))
@@ -83,7 +83,7 @@ def _write_line(file: FileIO, line: str) -> None:
 
 @contextmanager
 def naming_kept_members(journal: Path, done: list[Outcome]) -> Iterator[None]:
-    """Errors of writing, as of a full disk, say how many members the journal keeps."""
+    """Context in which errors of writing, as of a full disk, state how many members the journal keeps."""
     try:
         yield
     except OSError as error:

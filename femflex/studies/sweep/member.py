@@ -172,5 +172,5 @@ def history(run: RecordedRun, text: str) -> Array:
     if not component:
         return values
     if component not in names:
-        measured_value(_column(text), run)  # which raises the sentence
+        measured_value(_column(text), run)  # raises the error with the known names
     return np.asarray(values[:, names.index(component)])

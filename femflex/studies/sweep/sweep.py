@@ -152,7 +152,7 @@ def _probe_members(plan: Plan, todo: Todo) -> list[Outcome]:
 
 
 def plan_sweep(path: str | Path) -> tuple[SweepTable, Plan]:
-    """The table of a sweep, and what its workers need."""
+    """The table of a sweep, and the Plan for its workers."""
     table, text = read_sweep(path)
     case = read_case(Path(path).parent / table.case)
     files = json.dumps(file_digests(case), sort_keys=True)
