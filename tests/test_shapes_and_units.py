@@ -9,7 +9,7 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parents[1] / "femflex"
 # Kernel packages have tables of shapes and units of their own.
-KERNELS = {"dynamics", "system", "body", "integrate", "rotations.py", "summary.py"}
+KERNELS = {"kernels", "effectors", "dynamics", "system", "body", "integrate", "rotations.py", "summary.py"}
 ARRAY = re.compile(r"\b(Array|ArrayLike|NDArray|Single|Index|csr_array|spmatrix)\b")
 SHAPE = re.compile(
     r"\((\d|n|k\b|p\b|q\b|t\b|e\b|m\b|\.\.\.|count|members|runs)[^()]*|\(\)|\d x \d|shapes? ", re.IGNORECASE
