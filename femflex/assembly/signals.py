@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
 
 from femflex.case.case import Case
 from femflex.noun.problems import Problem, suggestion_text
@@ -47,9 +46,9 @@ def _suggestion(case: Case, name: str, signals: Sequence[str]) -> str:
 
 def requested_signals(case: Case) -> Iterator[tuple[str, str]]:
     """Key path and name of every signal that a table uses, but names that stand for all outputs of a table."""
-    sources = {*case.sensors, *case.controllers, *case.effectors["signals"]}
-    tables: dict[str, Mapping[str, Any]] = {"controllers": case.controllers, "sensors": case.sensors, **case.effectors}
-    for kind, named in tables.items():
+    nouns = {name: noun for named in case.effectors.values() for name, noun in named.items()}
+    sources = {name for name, noun in nouns.items() if noun.gives_signals}
+    for kind, named in case.effectors.items():
         for label, table in named.items():
             for key in KEYS:
                 value = getattr(table, key, None)

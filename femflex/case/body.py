@@ -10,12 +10,12 @@ from femflex.case.body_base import BodyTable as BodyTable
 from femflex.case.connection import Connection, RegionTable
 from femflex.case.deck import OverrideValues
 from femflex.case.deploying import DeployingTable
-from femflex.case.inertia import InertiaMatrix
 from femflex.case.matrices import MatricesTable
 from femflex.case.options import add_options, read_options
 from femflex.case.preload import PreloadTable
 from femflex.case.reduction import DampingTable, FunctionsTable, Reduction
 from femflex.case.shape import Shape
+from femflex.noun.inertia import InertiaMatrix
 from femflex.noun.table import Name, Table, exactly_one, refuse
 from femflex.noun.values import Count, Direction, Mass, Position, PositiveLength, Quantity, Vector
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Union
 
 from pydantic import Field, PrivateAttr, create_model, model_validator
 
 from femflex.case.body import Body
 from femflex.case.campbell import CampbellTable
 from femflex.case.constraint import Constraint, SpringTable
-from femflex.case.controller import Controller
 from femflex.case.environment import EnvironmentTable
 from femflex.case.initial import StartTable
 from femflex.case.joint import Joint
@@ -21,7 +20,6 @@ from femflex.case.measure import ExpectationsTable
 from femflex.case.orbit import AttitudeTable, OrbitTable
 from femflex.case.run import PicturesTable, RunTable, StudyTable
 from femflex.case.section import Material, Section
-from femflex.case.sensor import SensorTable
 from femflex.case.sight import SightTable
 from femflex.case.stability import StabilityTable
 from femflex.effectors.noun import EffectorNoun
@@ -64,10 +62,6 @@ class Case(Table):
     """Forces and torques at markers."""
     sights: list[SightTable] = Field(default_factory=list)
     """Lines of sight to a ground station."""
-    sensors: dict[Name, SensorTable] = Field(default_factory=dict)
-    """Sensors by name."""
-    controllers: dict[Name, Controller] = Field(default_factory=dict)
-    """Controllers by name."""
     initial: StartTable | None = None
     """Initial state of the whole craft, in place of that of joints, bodies and [attitude]."""
     pictures: PicturesTable | None = None
@@ -137,14 +131,21 @@ def case_class() -> type[Case]:
 
 
 @cache
-def _case_class(kinds: tuple[tuple[str, type[EffectorNoun]], ...]) -> type[Case]:
+def _case_class(kinds: tuple[tuple[str, tuple[type[EffectorNoun], ...]], ...]) -> type[Case]:
     fields: dict[str, Any] = {
-        heading: (dict[Name, kind], Field(default_factory=dict, description=_heading_text(kind)))  # type: ignore[valid-type]
-        for heading, kind in kinds
+        heading: (dict[Name, table_of(nouns)], Field(default_factory=dict, description=_heading_text(nouns)))  # type: ignore[misc]
+        for heading, nouns in kinds
     }
     return create_model("Case", __base__=Case, **fields)
 
 
-def _heading_text(kind: type[EffectorNoun]) -> str:
-    """The first sentence of a noun, as the description of its tables."""
-    return " ".join((kind.__doc__ or "").split()).partition(". ")[0].rstrip(".") + "; by name."
+def table_of(kinds: tuple[type[EffectorNoun], ...]) -> Any:
+    """The type of the tables of nouns that have one heading, told apart by their `kind` where there are several."""
+    return kinds[0] if len(kinds) == 1 else Annotated[Union[kinds], Field(discriminator="kind")]  # noqa: UP007
+
+
+def _heading_text(kinds: tuple[type[EffectorNoun], ...]) -> str:
+    """What the tables of one heading describe: the first sentence of a single noun."""
+    if len(kinds) > 1:
+        return f"A {kinds[0].label} of one of {len(kinds)} kinds; by name."
+    return " ".join((kinds[0].__doc__ or "").split()).partition(". ")[0].rstrip(".") + "; by name."

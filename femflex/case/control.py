@@ -8,9 +8,9 @@ from typing import Any
 
 from femflex.case.body import RigidTable
 from femflex.case.case import Case
-from femflex.case.controller import AttitudeFeedbackTable, LowPassTable, NotchTable, PdTable, PidTable
-from femflex.case.sensor import SensorTable
+from femflex.effectors.controllers import AttitudeFeedback, LowPass, Notch, Pd, Pid
 from femflex.effectors.noun import Between
+from femflex.effectors.sensor import Sensor
 from femflex.effectors.signal import Signal
 from femflex.effectors.thruster import Thruster
 from femflex.warning import PhysicsWarning
@@ -34,7 +34,7 @@ def _time_warnings(case: Case) -> Iterator[str]:
     """Periods and delays longer than the run, and pulses and releases after its end."""
     end = case.run.length(None if case.orbit.kind == "none" else case.orbit.period)
     for kind in ("sensors", "controllers"):
-        for name, table in getattr(case, kind).items():
+        for name, table in case.effectors[kind].items():
             for key in ("period", "delay"):
                 if (interval := getattr(table, key, None)) is not None and interval > end * (1.0 + 1e-9):
                     yield (
@@ -56,8 +56,8 @@ def _time_warnings(case: Case) -> Iterator[str]:
 
 def _filter_warnings(case: Case) -> Iterator[str]:
     """Filters above half the sampling frequency of their own or of their inputs."""
-    for name, table in case.controllers.items():
-        if not isinstance(table, LowPassTable | NotchTable):
+    for name, table in case.effectors["controllers"].items():
+        if not isinstance(table, LowPass | Notch):
             continue
         sources = [_source(case, signal) for signal in table.inputs]
         period = max(
@@ -73,13 +73,11 @@ def _filter_warnings(case: Case) -> Iterator[str]:
 
 def _gain_warnings(case: Case) -> Iterator[str]:
     """Pairs of an error and a rate of a feedback that do not match."""
-    for name, table in case.controllers.items():
-        if isinstance(table, PdTable | PidTable):
+    for name, table in case.effectors["controllers"].items():
+        if isinstance(table, Pd | Pid):
             error_source, rate_source = (_source(case, table.inputs[k]) for k in (0, len(table.inputs) // 2))
             orders = [
-                DERIVATIVES.get(sensor.kind)
-                for sensor in (error_source, rate_source)
-                if isinstance(sensor, SensorTable)
+                DERIVATIVES.get(sensor.kind) for sensor in (error_source, rate_source) if isinstance(sensor, Sensor)
             ]
             if len(table.inputs) > 1 and len(orders) == 2 and None not in orders and orders[0] >= orders[1]:  # type: ignore[operator]
                 yield (
@@ -87,9 +85,9 @@ def _gain_warnings(case: Case) -> Iterator[str]:
                     f"{error_source.kind!r}, and the rate {table.inputs[len(table.inputs) // 2]!r} of kind "
                     f"{rate_source.kind!r}, which is not its rate; errors come first, then as many rates"
                 )
-        elif isinstance(table, AttitudeFeedbackTable):
+        elif isinstance(table, AttitudeFeedback):
             error, rate = (_source(case, signal) for signal in (table.error, table.rate))
-            if isinstance(error, SensorTable) and isinstance(rate, SensorTable):
+            if isinstance(error, Sensor) and isinstance(rate, Sensor):
                 if error.body != rate.body:
                     yield (
                         f"controllers.{name}: its error is measured on body {error.body!r}, and its rate on body "
@@ -129,4 +127,4 @@ def _internal_force_warnings(case: Case) -> Iterator[str]:
 def _source(case: Case, signal: str) -> Any:
     """The sensor or controller that gives a signal, or None."""
     name = signal.partition(".")[0]
-    return case.sensors.get(name) or case.controllers.get(name)
+    return case.effectors["sensors"].get(name) or case.effectors["controllers"].get(name)

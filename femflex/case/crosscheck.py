@@ -12,9 +12,9 @@ from femflex.case.measure import MeasureTable
 from femflex.case.named_files import file_problems
 from femflex.case.named_markers import marker_problems
 from femflex.case.outline import Outline
-from femflex.case.sensor import SensorTable
 from femflex.case.tree import root_problems, tree_problems
 from femflex.effectors.noun import Between
+from femflex.effectors.sensor import Sensor
 from femflex.noun.problems import Problem, suggestion_text
 
 
@@ -57,7 +57,7 @@ def end_problems(outline: Outline) -> Iterator[Problem]:
     for key_path, item in outline.mounted.items():
         if isinstance(item, Between):
             other_end, key = (item.parent, item.parent_marker), "parent_marker"
-        elif isinstance(item, SensorTable) and item.other_body is not None:
+        elif isinstance(item, Sensor) and item.other_body is not None:
             other_end, key = (item.other_body, item.other_marker), "other_marker"
         else:
             continue

@@ -14,7 +14,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from femflex.case.body import Body, BodyTable
 from femflex.case.campbell import CampbellTable
-from femflex.case.case import Case
+from femflex.case.case import Case, table_of
 from femflex.case.constraint import BetweenTable, Constraint, SpringTable
 from femflex.case.environment import EnvironmentTable
 from femflex.case.initial import StartTable
@@ -24,9 +24,7 @@ from femflex.case.load import LoadTable
 from femflex.case.measure import ExpectationsTable
 from femflex.case.orbit import AttitudeTable, OrbitTable
 from femflex.case.run import PicturesTable, RunTable, StudyTable
-from femflex.case.sensor import SensorTable
 from femflex.case.sight import SightTable
-from femflex.effectors.noun import Mounted
 from femflex.effectors.registry import nouns
 from femflex.noun.problems import item_label
 
@@ -34,8 +32,8 @@ T = TypeVar("T")
 
 
 def mounted_kinds() -> dict[str, Any]:
-    """Heading -> class of the tables of everything that is at a marker of a body."""
-    return {heading: kind for heading, kind in nouns().items() if issubclass(kind, Mounted)} | {"sensors": SensorTable}
+    """Heading -> type of the tables of every effector that is at a marker of a body."""
+    return {heading: table_of(kinds) for heading, kinds in nouns().items() if "marker" in kinds[0].model_fields}
 
 
 ADAPTERS: dict[int, tuple[Any, TypeAdapter[Any]]] = {}  # by the identity of the type, which is kept alive here
@@ -61,7 +59,7 @@ class Outline:
     loops: Mapping[str, JointTable | None]
     between: Mapping[str, BetweenTable | None]
     sights: Mapping[str, SightTable | None]
-    mounted: Mapping[str, Mounted | SensorTable | None]
+    mounted: Mapping[str, Any]
     pictures: PicturesTable | None
     study: StudyTable | None
     campbell: CampbellTable | None

@@ -26,7 +26,6 @@ CHECKED_TABLES = (
     "bodies",
     "joints",
     "loops",
-    "sensors",
 )
 LENGTHS = ("reel", "initial", "laws", "dynamics")  # tables whose keys of these names are no angles
 

@@ -1,6 +1,6 @@
 """Effectors: what acts on bodies by a function and has states of its own. Each is one file, with its table and kernel.
 
-Wheels, gyros, thrusters and tanks, cables, separation springs, signals; sensors, and controllers made of blocks.
+Wheels, gyros, thrusters and tanks, cables, separation springs, signals; sensors and controllers.
 """
 
 from femflex.effectors.blocks import (
@@ -20,6 +20,19 @@ from femflex.effectors.blocks import (
 )
 from femflex.effectors.cable import Cable
 from femflex.effectors.cable_chain import with_heavy_cable
+from femflex.effectors.controllers import (
+    Allocation,
+    AttitudeFeedback,
+    Gain,
+    LinearSystem,
+    LowPass,
+    MomentumManagement,
+    Notch,
+    Observer,
+    Pd,
+    Pid,
+    Pulses,
+)
 from femflex.effectors.gyro import Gyro
 from femflex.effectors.noun import Between, EffectorNoun, Mounted
 from femflex.effectors.sensor import Sampling, Sensor, strain_sensor
@@ -30,13 +43,24 @@ from femflex.effectors.thruster import LevelTable, PulseTrain, Thruster
 from femflex.effectors.wheel import Wheel, unbalanced_rotor
 
 __all__ = [
+    "Allocation",
+    "AttitudeFeedback",
     "Between",
     "Cable",
     "EffectorNoun",
+    "Gain",
     "Gyro",
     "LevelTable",
+    "LinearSystem",
+    "LowPass",
+    "MomentumManagement",
     "Mounted",
+    "Notch",
+    "Observer",
+    "Pd",
+    "Pid",
     "PulseTrain",
+    "Pulses",
     "Sampling",
     "Sensor",
     "Separation",

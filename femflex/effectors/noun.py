@@ -144,6 +144,15 @@ class EffectorNoun(Table):
         """What a System holds of it: its effector, or several, or none. Raises ValueError."""
         return (self.effector(name, context),)
 
+    gives_signals: ClassVar[bool] = False
+
+    def signals(self, name: str, context: Context, path: tuple[str, ...] = ()) -> list[str]:
+        """Names of its outputs, for which its name alone stands among the inputs of a controller; none of an actuator.
+
+        path: controllers whose number of outputs depends on this one's. Raises ValueError.
+        """
+        return []
+
     def carrier(self, name: str, body: FlexibleBody) -> FlexibleBody:
         """The body that carries it, with the mass and inertia that it adds or takes out. Raises ValueError."""
         return body

@@ -14,23 +14,29 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from typing import Literal, get_args
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated, Literal, get_args
 
 import numpy as np
+from pydantic import model_validator
 
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.body.strain_field import StrainPart
 from femflex.effectors.measure import measure
-from femflex.effectors.noun import unit_direction
-from femflex.summary import Rows, Summarised
+from femflex.effectors.noun import EffectorNoun, unit_direction
+from femflex.effectors.wheel import PositiveRate
+from femflex.noun.table import Orientation, refuse
+from femflex.noun.values import Count, Direction, Duration, Position, Quantity, counted_noun
+from femflex.system.acting import ALONE, Context
 from femflex.system.controller import Controller
 from femflex.system.effector import Effector
 from femflex.system.evaluation import CHANNEL_FOLDER
+from femflex.system.segments import Part
 
-Kind = Literal["attitude", "rate", "displacement", "velocity", "acceleration", "pointing", "joint", "value"]
+Kind = Literal["attitude", "rate", "displacement", "velocity", "acceleration", "pointing", "joint", "value", "strain"]
+KINDS = get_args(Kind)  # in the order in which femflex.effectors.measure numbers them
 
 MAX_WAITING = 10_000  # samples on their way: each sample moves them all, in memory and in the result file
 XYZ = ("x", "y", "z")
@@ -48,94 +54,151 @@ class Sampling:
     seed: int = 0
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Sensor(Summarised):
-    """A sensor at a marker, of a joint, or of a signal.
+REQUIRED_KEY = {"joint": "coordinate", "value": "signal", "acceleration": "bandwidth", "strain": "component"}
+KINDS_WITH_KEY = {  # keys that belong to single kinds
+    "reference": ("attitude",),
+    "slew_axis": ("attitude",),
+    "slew_angle": ("attitude",),
+    "offset": ("displacement",),
+    "bandwidth": ("acceleration",),
+    "axis": ("pointing",),
+    "aim": ("pointing",),
+    "coordinate": ("joint",),
+    "signal": ("value",),
+    "point": ("strain",),
+    "component": ("strain",),
+    "other_body": ("attitude", "displacement", "velocity", "pointing"),
+}
 
-    kind          attitude: error against `reference`, 2 sign(q_0) (q_1, q_2, q_3) in marker axes, the rotation vector
-                  where it is small; rate: inertial rate in marker axes; displacement and velocity: of the marker from
-                  `other`, in its axes (inertial without one), displacement less `offset`; acceleration: inertial, in
-                  marker axes, behind a lag of `bandwidth` [rad/s]; pointing: angle between `axis` of the marker and the
-                  inertial direction `aim`, or the marker `other`; joint: coordinate and rate of a slide or turn
-                  `freedom`; value: a `signal` such as "wheel.speed"
-    reference     C_NR (3, 3): axes of the reference in inertial ones, or in those of `other`
-    turning       (axis in the reference, signal of the angle): turns the reference, as for a slew
-    bias          (3,) or one number
-    sampling      None: continuous and exact but for the bias
+
+class Sensor(EffectorNoun, heading="sensors"):
+    """A sensor: exact and continuous without a period, else sampled, late, biased, noisy and stepped as given.
+
+    Its outputs are the signals x, y, z of attitude, rate, displacement, velocity and acceleration; angle of pointing;
+    coordinate and rate of joint; value of value; strain of strain.
     """
 
-    name: str
     kind: Kind
-    body: str = ""
+    """Measured quantity. attitude: error against the reference, the rotation vector where it is small. rate: inertial
+    rate. displacement and velocity: from another marker. acceleration: behind a lag. pointing: angle of an axis to a
+    direction. joint: coordinate and rate. value: a signal. strain: of a gauge."""
+    body: str | None = None
+    """Body that carries the sensor."""
     marker: str = "origin"
-    other: tuple[str, str] | None = None
-    reference: Array = field(default_factory=lambda: np.eye(3))
-    turning: tuple[tuple[float, float, float], str] | None = None
-    offset: Array = field(default_factory=lambda: np.zeros(3))
-    bandwidth: float = 0.0
-    axis: Array = field(default_factory=lambda: np.array([1.0, 0.0, 0.0]))
-    aim: Array = field(default_factory=lambda: np.array([1.0, 0.0, 0.0]))
-    freedom: str = ""
-    signal: str = ""
-    bias: Array = field(default_factory=lambda: np.zeros(3))
-    sampling: Sampling | None = None
+    """Marker of the sensor; measured vectors are in its axes."""
+    other_body: str | None = None
+    """Body from which displacement, velocity, attitude or direction count. Default: inertial axes."""
+    other_marker: str = "origin"
+    """Marker of that body."""
+    reference: Orientation | None = None
+    """Reference of an attitude, in inertial axes or those of the other marker. Default: these axes themselves."""
+    slew_axis: Direction | None = None
+    """Axis in the reference about which the reference turns, for a slew."""
+    slew_angle: str | None = None
+    """Signal of the angle [rad] by which the reference turns."""
+    offset: Position = (0.0, 0.0, 0.0)
+    """Displacement that counts as zero."""
+    bandwidth: PositiveRate | None = None
+    """Bandwidth of an accelerometer's first-order lag."""
+    axis: Direction = (1.0, 0.0, 0.0)
+    """Axis of the marker that points."""
+    aim: Direction = (1.0, 0.0, 0.0)
+    """Inertial direction to point at, without other_body."""
+    coordinate: str | None = None
+    """Slide or turn of a joint, such as "hinge.angle"."""
+    signal: str | None = None
+    """Signal to measure, such as "wheel.speed"."""
+    point: Position = (0.0, 0.0, 0.0)
+    """Point of a strain gauge in the body frame. Beams: interpolated along the axis. Others: nearest strain point."""
+    component: str | None = None
+    """Component of a strain, such as "axial", "curvature_z" or "membrane_xx"."""
+    bias: Annotated[tuple[float, ...] | None, Quantity("", (None,))] = None
+    """Bias of each output, in SI units. Default: none."""
+    period: Duration | None = None
+    """Time between two samples. Default: continuous and exact."""
+    delay: Annotated[float, Quantity("s", least=0.0)] = 0.0
+    """Time from a sample to when its number is known."""
+    noise: Annotated[float, Quantity(least=0.0)] = 0.0
+    """Standard deviation of the noise of every sample, in SI units."""
+    quantum: Annotated[float, Quantity(least=0.0)] = 0.0
+    """Step of the measured numbers, in SI units. 0: none."""
+    seed: Annotated[int, Count(0, 2**64 - 1)] = 0
+    """Seed of the noise, which is a function of seed, sensor and number of the sample."""
 
-    def __post_init__(self) -> None:
-        if self.kind not in get_args(Kind):
-            raise ValueError(f"sensor {self.name!r} has the kind {self.kind!r}; known are {', '.join(get_args(Kind))}")
-        if self.kind == "acceleration" and not self.bandwidth > 0.0:
-            raise ValueError(f"sensor {self.name!r} measures acceleration; give its bandwidth in rad/s")
-        for key, kind in (("freedom", "joint"), ("signal", "value")):
-            if self.kind == kind and not getattr(self, key):
-                raise ValueError(f"sensor {self.name!r} of kind {kind!r} needs a {key}")
-        object.__setattr__(self, "bias", np.broadcast_to(np.asarray(self.bias, float), (3,)).copy())
-        if self.sampling is not None:
-            check_sampling(self.name, self.sampling)
+    gives_signals = True
 
-    def summary(self) -> tuple[str, Rows]:
-        """Return a text: its marker, the quantity that it measures, and its sampling."""
-        position = self.freedom or self.signal or f"{self.body}.{self.marker}"
-        rows = [("measures", self.kind), ("at", position)]
-        rows += [("outputs", ", ".join(f"{name} [{unit}]" for name, unit in self.outputs.items()))]
-        rows += [("bias", ", ".join(f"{x:.6g}" for x in self.bias))] if self.bias.any() else []
-        rows += [] if self.sampling is None else [("period", f"{self.sampling.period:g} s")]
-        return f"Sensor {self.name!r}", rows
+    @model_validator(mode="after")
+    def _keys_fit_kind(self) -> Sensor:
+        if self.kind not in ("joint", "value") and self.body is None:
+            refuse(f"found no body for a sensor of kind {self.kind!r}; name the body that carries it")
+        required = REQUIRED_KEY.get(self.kind)
+        if required is not None and getattr(self, required) is None:
+            refuse(f"found no {required} for a sensor of kind {self.kind!r}; give it")
+        for key, kinds in KINDS_WITH_KEY.items():
+            if key in self.model_fields_set and self.kind not in kinds:
+                refuse(f"found {key} for a sensor of kind {self.kind!r}; it belongs to {' and '.join(kinds)}")
+        if (self.slew_axis is None) != (self.slew_angle is None):
+            refuse("found one of slew_axis and slew_angle; they belong together")
+        sampled = [key for key in ("delay", "noise", "quantum") if getattr(self, key)]
+        if self.period is None and (sampled or self.kind == "strain"):
+            refuse(f"found {sampled[0] if sampled else 'a strain'} without period; give the time between two samples")
+        outputs = 1 if self.kind in ("pointing", "value", "strain") else 2 if self.kind == "joint" else 3
+        if self.bias is not None and len(self.bias) != outputs:
+            numbers, outputs_text = (
+                counted_noun(len(self.bias), "number", "numbers"),
+                counted_noun(outputs, "output", "outputs"),
+            )
+            refuse(f"found {numbers} in bias; a sensor of kind {self.kind!r} has {outputs_text}")
+        return self
 
     @property
     def outputs(self) -> dict[str, str]:
-        """Return name -> unit of its measurements."""
+        """Name -> unit of its measurements."""
         if self.kind in UNITS:
             return dict.fromkeys(XYZ, UNITS[self.kind])
         if self.kind == "joint":
             return {"coordinate": "rad, m", "rate": "rad/s, m/s"}
+        if self.kind == "strain":
+            return {"strain": "1/m" if str(self.component).startswith("curvature") else "1"}
         return {"angle": "rad"} if self.kind == "pointing" else {"value": "1"}
 
-    @property
-    def effectors(self) -> tuple[Effector | Controller, ...]:
-        """Return the effectors of a System that model the sensor."""
-        if self.sampling is None:
-            return (self._exact(self.name, self.bias),)
-        exact = self._exact(f"{self.name}_exact", np.zeros(3))
+    def signals(self, name: str, context: Context, path: tuple[str, ...] = ()) -> list[str]:
+        """Names of its measurements."""
+        return list(self.outputs)
+
+    def markers(self) -> tuple[tuple[str, str], ...]:
+        """Its marker, and the one that it measures from."""
+        if self.kind in ("joint", "value", "strain"):
+            return ()
+        other = () if self.other_body is None else ((self.other_body, self.other_marker),)
+        return ((self.body or "", self.marker), *other)
+
+    def effectors(self, name: str, context: Context = ALONE) -> Sequence[Effector | Controller]:
+        """The exact measurement, and the controller that samples it. Raises ValueError."""
+        bias = np.zeros(len(self.outputs)) if self.bias is None else np.array(self.bias)
+        if self.period is None:
+            return (self._exact(name, np.pad(bias, (0, 3 - len(bias)))),)
+        sampling = Sampling(self.period, self.delay, self.noise, self.quantum, self.seed)
+        check_sampling(name, sampling)
+        if self.kind == "strain":
+            body = single_body(context.bodies[self.body or ""])
+            point, component = np.array(self.point), str(self.component)
+            return (strain_sensor(name, self.body or "", body, point, component, sampling, float(bias[0])),)
+        exact = self._exact(f"{name}_exact", np.zeros(3))
         paths = tuple(f"{CHANNEL_FOLDER}{exact.name}/{output}" for output in self.outputs)
-        return exact, sampled_sensor(self.name, paths, self.outputs, self.bias[: len(paths)], self.sampling)
+        return exact, sampled_sensor(name, paths, self.outputs, bias, sampling)
 
     def _exact(self, name: str, bias: Array) -> Effector:
-        kind = float(get_args(Kind).index(self.kind))
-        markers = (
-            ()
-            if self.kind in ("joint", "value")
-            else ((self.body, self.marker), *(() if self.other is None else (self.other,)))
-        )
-        inputs: tuple[str, ...] = (self.signal,) if self.kind == "value" else ()
+        markers = self.markers()
+        inputs: tuple[str, ...] = (self.signal,) if self.kind == "value" and self.signal else ()
         numbers = np.zeros(0)
         if self.kind == "attitude":
-            axis = np.zeros(3) if self.turning is None else unit_direction(name, "axis", self.turning[0])
-            numbers = np.concatenate(
-                [np.asarray(self.reference, float).ravel(), [float(self.turning is not None)], axis]
-            )
-            inputs = () if self.turning is None else (self.turning[1],)
+            axis = np.zeros(3) if self.slew_axis is None else unit_direction(name, "axis", self.slew_axis)
+            reference = np.eye(3) if self.reference is None else np.array(self.reference)
+            numbers = np.concatenate([reference.ravel(), [float(self.slew_axis is not None)], axis])
+            inputs = () if self.slew_angle is None else (self.slew_angle,)
         elif self.kind == "displacement":
-            numbers = np.asarray(self.offset, float)
+            numbers = np.array(self.offset)
         elif self.kind == "acceleration":
             numbers = np.array([self.bandwidth])
         elif self.kind == "pointing":
@@ -145,16 +208,26 @@ class Sensor(Summarised):
             name,
             measure,
             markers,
-            freedoms=(self.freedom,) if self.kind == "joint" else (),
+            freedoms=(self.coordinate,) if self.kind == "joint" and self.coordinate else (),
             states={f"lagged_{axis}": "m/s" for axis in XYZ} if lagged else {},
             inputs=inputs,
             channels=self.outputs,
             exerts=(),
             starts={axis: (f"lagged_{axis}", float(b)) for axis, b in zip(XYZ, bias, strict=True)} if lagged else {},
-            parameters=np.concatenate([[kind, float(len(markers))], bias, numbers]),
-            kind="sensor",
+            parameters=np.concatenate([[KINDS.index(self.kind), float(len(markers))], bias, numbers]),
+            kind=self.label,
             conserves=True,
         )
+
+
+def single_body(part: Part) -> FlexibleBody:
+    """The part itself if it is a single body. Raises ValueError if it is cut into segments."""
+    if not isinstance(part, FlexibleBody):
+        raise ValueError(
+            "found a strain sensor on a body cut into segments, whose strain is not known at one point of the whole; "
+            "leave the segments out, or report the stress (`femflex stress`)"
+        )
+    return part
 
 
 def strain_sensor(

@@ -35,6 +35,7 @@ class Signal(EffectorNoun, heading="signals"):
     """Unit that the result file states."""
 
     n_markers = 0
+    gives_signals = True
     channels = {"value": "1", "rate": "1/s"}
     derived = ("steps", "linear", "count", "table")
 
@@ -49,6 +50,10 @@ class Signal(EffectorNoun, heading="signals"):
         if any(b <= a for a, b in zip(self.times, self.times[1:], strict=False)):
             refuse(f"found times {list(self.times)}; they must rise")
         return self
+
+    def signals(self, name: str, context: Context, path: tuple[str, ...] = ()) -> list[str]:
+        """Its value."""
+        return ["value"]
 
     def effector(self, name: str, context: Context = ALONE) -> Effector:
         """The Effector of that name."""

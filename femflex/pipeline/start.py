@@ -46,8 +46,12 @@ def with_heavy_cables(case: Case, system: System) -> System:
         return system
     ends = {
         (name, kind): Sensor(
-            f"{name}_span_{kind}", kind, table.body, table.marker, (table.parent, table.parent_marker)
-        ).effectors
+            kind=kind,
+            body=table.body,
+            marker=table.marker,
+            other_body=table.parent,
+            other_marker=table.parent_marker,
+        ).effectors(f"{name}_span_{kind}")
         for name, table in heavy.items()
         for kind in ("displacement", "velocity")
     }

@@ -16,10 +16,11 @@ from femflex.system.variation import Variation
 
 
 class Context(NamedTuple):
-    """What a noun may refer to: the other nouns by name, and the folder of the case, for files that it names."""
+    """What a noun may refer to: the other nouns, the bodies, and the folder of the case, for files that it names."""
 
     nouns: Mapping[str, Any] = {}
     folder: Path = Path()
+    bodies: Mapping[str, Part] = {}
 
 
 ALONE = Context()
@@ -75,7 +76,7 @@ def with_effectors(system: System, nouns: Mapping[str, Any], folder: Path = Path
     folder  that contains files which nouns name
     Raises ValueError for values that do not fit together, and for names, bodies and markers that do not exist.
     """
-    effectors, bodies = acting_on(system.bodies, nouns, Context(nouns, folder))
+    effectors, bodies = acting_on(system.bodies, nouns, Context(nouns, folder, system.bodies))
     varying = variations_of(bodies, nouns) | system.varying
     whole = {name: body for name, body in bodies.items() if isinstance(body, FlexibleBody)}
     return replace(system, effectors=(*system.effectors, *effectors), bodies=whole, varying=varying)

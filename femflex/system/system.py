@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -84,8 +83,6 @@ class System(Summarised):
     varying: dict[str, Variation] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        effectors_by_entry = (getattr(effector, "effectors", (effector,)) for effector in self.effectors)  # of a sensor
-        object.__setattr__(self, "effectors", tuple(chain.from_iterable(effectors_by_entry)))
         problems = [*self._tree_problems(), *self._orbit_problems(), *self._name_problems()]
         problems += keep_problems(self.keep, self.joints)
         problems += self._variation_problems()

@@ -6,13 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.linalg import expm
-from support.effector_builders import reaction_wheel, signal, thruster
+from support.effector_builders import Sensor, reaction_wheel, signal, thruster
 
 from femflex.body.rigid import rigid_body
 from femflex.dynamics import compile_system
 from femflex.effectors import (
     Sampling,
-    Sensor,
     allocation,
     attitude_feedback,
     block,

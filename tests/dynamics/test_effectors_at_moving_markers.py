@@ -6,12 +6,11 @@ from functools import cache
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.effector_builders import Supply, cable, control_moment_gyro, reaction_wheel, signal, tank, thruster
+from support.effector_builders import Sensor, Supply, cable, control_moment_gyro, reaction_wheel, signal, tank, thruster
 from support.pointwise import Jet, Tree
 from support.random_systems import random_state, random_tree
 
 from femflex.dynamics import compile_system
-from femflex.effectors import Sensor
 from femflex.system import Profile
 
 T = 0.7  # s

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from support.effector_builders import (
+    Sensor,
     Supply,
     reaction_wheel,
     signal,
@@ -19,7 +20,7 @@ from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.equilibrium import equilibrium
 from femflex.dynamics.equilibria.increments import advanced
 from femflex.dynamics.equilibria.system_modes import modes_about
-from femflex.effectors import Sensor, block, low_pass, pd
+from femflex.effectors import block, low_pass, pd
 from femflex.reduction import BeamFunctions, ModalDamping, UniformBeam, beam_body
 from femflex.studies.linear import linear_model, poles_of
 from femflex.system import System, free, weld, with_attached

@@ -9,13 +9,13 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import brentq
+from support.effector_builders import Sensor
 from support.hub_beam import exact_frequencies
 from support.mechanisms import four_bar
 
 from femflex.body import Marker, rigid_body
 from femflex.case.read import parse_case
 from femflex.dynamics import compile_system
-from femflex.effectors import Sensor
 from femflex.reduction import BeamFunctions, ModalDamping, UniformBeam, beam_body
 from femflex.studies.linear import (
     linear_model,

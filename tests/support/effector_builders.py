@@ -1,11 +1,12 @@
 """Effectors by short calls, made of the nouns of femflex.effectors."""
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from femflex import effectors
-from femflex.effectors import Cable, Gyro, Separation, Signal, Tank, Thruster, Wheel
+from femflex.effectors import Cable, Gyro, Sampling, Separation, Signal, Tank, Thruster, Wheel
 from femflex.effectors.tank import tank_variation as variation_of_tanks
 from femflex.system import Context
 
@@ -106,3 +107,42 @@ def separation_spring(name, ends, stiffness, length):
 
 def signal(name, times, values, kind="linear", unit="1"):
     return Signal(times=plain(times), values=plain(values), kind=kind, unit=unit).effector(name)
+
+
+@dataclass(frozen=True, eq=False)
+class Sensor:
+    """A sensor by short arguments; `effectors` are those of its noun."""
+
+    name: str
+    kind: str
+    body: str | None = None
+    marker: str = "origin"
+    other: tuple[str, str] | None = None
+    reference: object = None
+    turning: tuple | None = None
+    offset: object = None
+    bandwidth: float | None = None
+    axis: object = None
+    aim: object = None
+    freedom: str | None = None
+    signal: str | None = None
+    bias: object = None
+    sampling: Sampling | None = None
+
+    @property
+    def effectors(self):
+        keys = {
+            key: getattr(self, key) for key in ("reference", "offset", "bandwidth", "axis", "aim", "signal", "bias")
+        }
+        keys |= {"coordinate": self.freedom, "body": self.body}
+        if self.other is not None:
+            keys |= {"other_body": self.other[0], "other_marker": self.other[1]}
+        if self.turning is not None:
+            keys |= {"slew_axis": self.turning[0], "slew_angle": self.turning[1]}
+        if self.sampling is not None:
+            keys |= {key: getattr(self.sampling, key) for key in ("period", "delay", "noise", "quantum", "seed")}
+        outputs = {"pointing": 1, "value": 1, "joint": 2}.get(self.kind, 3)
+        if self.bias is not None:
+            keys["bias"] = np.broadcast_to(np.asarray(self.bias, float), (3,))[:outputs]
+        sensor = effectors.Sensor(kind=self.kind, marker=self.marker, **keys_of(keys))
+        return tuple(sensor.effectors(self.name))

@@ -13,9 +13,9 @@ from femflex.body import MassMoments, StrainTensors
 from femflex.body.symmetric import packed_size
 from femflex.dynamics import Model, compile_system
 from femflex.dynamics.joints.prescribed_coordinates import prescribed_places
-from femflex.effectors import Sensor, block, low_pass
+from femflex.effectors import block, low_pass
 from femflex.system import Frame, Load, Orbit, Spring, System, free, spherical, universal
-from support.effector_builders import reaction_wheel
+from support.effector_builders import Sensor, reaction_wheel
 from support.pointwise import Jet, Tree, const, equations, skew
 from support.prescribed_systems import at_time, held_tree
 from support.random_loops import random_loops, row_jets

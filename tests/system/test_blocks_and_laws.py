@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from support.effector_builders import Sensor
 
 from femflex.effectors import (
     Sampling,
-    Sensor,
     allocation,
     attitude_feedback,
     block,
