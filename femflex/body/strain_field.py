@@ -100,6 +100,8 @@ class StrainPart:
             actual = getattr(self, name).shape
             if actual not in (shape, (1, *shape[1:]), (0, 4)):
                 raise ValueError(f"{name!r} of a strain field has the shape {actual}; expected {shape}")
+        if self.plies.ndim != 5 or self.plies.shape[2:] != (2, 3, 6) or len(self.plies) not in (0, 1, p):
+            raise ValueError(f"'plies' of a strain field has the shape {self.plies.shape}; expected {(p, 1, 2, 3, 6)}")
 
     @property
     def names(self) -> tuple[str, ...]:
