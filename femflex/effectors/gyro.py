@@ -6,6 +6,9 @@ g_k . (omega_s x h s), less its reaction. A single gimbal with inertia J_g about
 p = J_g (dgamma + g.omega) as a state, and a motor that follows the commanded rate:
 
     dp/dt = motor - g.(omega x h s),    torque on the carrier  -motor g - [omega_s x h s] across g - omega x (p g)
+
+A free gimbal has a spring and a damper in place of the motor: motor = -k gamma - c dgamma. On a body that turns slowly
+at Omega across spin and gimbal axis it settles at k gamma = h Omega cos(gamma): a rate gyro.
 """
 
 from __future__ import annotations
@@ -16,7 +19,7 @@ from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import model_validator
+from pydantic import StrictBool, model_validator
 from scipy.spatial.transform import Rotation
 
 from femflex.arrays import Array
@@ -50,6 +53,12 @@ class Gyro(Mounted, heading="gyros"):
     """Commanded rate of each gimbal, outer first: a number, or the name of a signal."""
     angles: list[Annotated[float | str, NumberOrSignal("rad")]] | None = None
     """Commanded angle of each gimbal, outer first, in place of rates: a number, or the name of a signal."""
+    free: StrictBool = False
+    """The single gimbal turns freely, against its spring and damper alone, in place of rates; needs gimbal_inertia."""
+    stiffness: Annotated[float, Quantity("N m/rad", least=0.0)] = 0.0
+    """Stiffness of the spring about a free gimbal's axis, which is relaxed at an angle of zero."""
+    damping: Annotated[float, Quantity("N m s/rad", least=0.0)] = 0.0
+    """Damping about a free gimbal's axis."""
     gain: Bandwidth = 1.0
     """Rate per angle error, where angles are commanded."""
     initial_angles: Annotated[tuple[float, ...] | None, Quantity("rad", (None,))] = None
@@ -64,18 +73,22 @@ class Gyro(Mounted, heading="gyros"):
     max_torque: PositiveTorque | None = None
     """Largest torque of the gimbal's motor, with gimbal_inertia. Default: none."""
 
-    accounts = ("energy", "supplied")
     exerts = ("torque",)
-    derived = ("gimbals", "takes_signal1", "command1", "takes_signal2", "command2", "follows_angles")
+    derived = ("gimbals", "takes_signal1", "command1", "takes_signal2", "command2", "follows_angles", "is_free")
 
     @model_validator(mode="after")
     def _keys_fit(self) -> Gyro:
-        if (self.rates is None) == (self.angles is None):
-            refuse("found commanded rates and angles together, or neither; give one of them")
+        modes = [key for key in ("rates", "angles", "free") if getattr(self, key)]
+        if len(modes) != 1:
+            refuse(f"found {' and '.join(modes) or 'none of rates, angles and free'}; give one of them")
+        if self.free and not self.gimbal_inertia:
+            refuse("found free without gimbal_inertia; give it, for a free gimbal turns by its inertia")
+        if not self.free and (self.stiffness or self.damping):
+            refuse("found stiffness or damping of a gimbal that is not free; give free = true, or drop them")
         if self.gimbal_inertia and self.inner_axis is not None:
             refuse("found gimbal_inertia with two gimbals; it belongs to a single gimbal, for two follow exactly")
         initial = self.n_gimbals if self.initial_angles is None else len(self.initial_angles)
-        if len(self.commands) != self.n_gimbals or initial != self.n_gimbals:
+        if (len(self.commands) != self.n_gimbals and not self.free) or initial != self.n_gimbals:
             refuse(
                 f"a gyro of {self.n_gimbals} gimbals has as many commands and initial angles; found "
                 f"{len(self.commands)} and {initial}"
@@ -110,7 +123,8 @@ class Gyro(Mounted, heading="gyros"):
     def numbers(self) -> dict[str, ArrayLike]:
         """Its fields, with unit vectors as axes, and what commands its gimbals."""
         axes = dict(zip(("gimbal_axis", "inner_axis", "spin_axis"), self._axes(self.label), strict=True))
-        out = super().numbers() | axes | {"gimbals": float(self.n_gimbals), "takes_signal2": 0.0, "command2": 0.0}
+        commands = dict.fromkeys(("takes_signal1", "command1", "takes_signal2", "command2"), 0.0)
+        out = super().numbers() | axes | commands | {"gimbals": float(self.n_gimbals), "is_free": float(self.free)}
         for k, command in enumerate(self.commands, start=1):
             is_signal = isinstance(command, str)
             out |= {f"takes_signal{k}": float(is_signal), f"command{k}": 0.0 if is_signal else float(command)}
@@ -133,7 +147,8 @@ class Gyro(Mounted, heading="gyros"):
             inputs=tuple(command for command in self.commands if isinstance(command, str)),
             channels={**MOMENTUM, **gimbal_channels},
             starts={"rate1": ("momentum", 0.0)} if heavy else {},
-            coasting=self._coasting,
+            accounts=("energy", "dissipation") if self.free else ("energy", "supplied"),
+            coasting=None if self.free else self._coasting,
         )
 
     def _coasting(self, name: str, states: Array) -> Effector:
@@ -187,19 +202,22 @@ def gyro(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> None
         second = commanded_rate(command, z[1], p)
     n_z = n + 1 if heavy else n
     channel = 6 + n_z
-    energy = 0.0
+    energy, dissipation = 0.0, 0.0
     if heavy:
         inertia, axial_momentum = p[P.gimbal_inertia], z[n]
         rate = axial_momentum / inertia - dot(outer, omega)
         reaction_torque = h * dot(outer, cross(omega, spin))
         motor = limited(inertia * p[P.bandwidth] * (first - rate) + reaction_torque, p[P.max_torque])
+        if p[P.is_free] > 0.0:
+            motor = -p[P.stiffness] * z[0] - p[P.damping] * rate
+            dissipation = p[P.damping] * rate * rate
         reaction = scale(h, cross(add(omega, scale(rate, outer)), spin))
         transverse = sub(reaction, scale(dot(outer, reaction), outer))
         push = add(add(scale(motor, outer), transverse), scale(axial_momentum, cross(omega, outer)))
         out[6 + n] = motor - reaction_torque
         first, first_motor, second_motor = rate, motor, 0.0
         momentum = add(scale(h, spin), scale(axial_momentum, outer))
-        energy = 0.5 * axial_momentum * axial_momentum / inertia
+        energy = 0.5 * axial_momentum * axial_momentum / inertia + 0.5 * p[P.stiffness] * z[0] * z[0]
     else:
         turning = add(omega, add(scale(first, outer), scale(second, inner_axis)))
         push = scale(h, cross(turning, spin))
@@ -214,5 +232,6 @@ def gyro(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> None
         out[7] = second
         out[channel + 5], out[channel + 6] = second, second_motor
         accounts = channel + 7
-    out[accounts] = energy
-    out[accounts + 2] = first * first_motor + second * second_motor
+    out[accounts], out[accounts + 1] = energy, dissipation
+    if p[P.is_free] == 0.0:
+        out[accounts + 2] = first * first_motor + second * second_motor

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.special import fresnel
 from support.effector_builders import control_moment_gyro, reaction_wheel, signal, with_wheel, without_axial_inertia
 from support.random_systems import random_body
@@ -13,6 +14,8 @@ from femflex.body.rigid import rigid_body
 from femflex.dynamics import compile_system
 from femflex.effectors import unbalanced_rotor
 from femflex.integrate import Dop853
+from femflex.studies.linear.linear_model import linear_model
+from femflex.studies.linear.poles import poles_of
 from femflex.system import Effector, System, free, revolute, weld
 
 FINE = Dop853(rtol=1e-12, atol=1e-13)
@@ -152,6 +155,7 @@ def test_gimbals_conserve_momentum_and_balance_energy():
         {"rates": ["rate.value"]},
         {"rates": ["rate.value"], "gimbal_inertia": 0.2, "bandwidth": 20.0},
         {"angles": [0.5, "rate.value"], "inner_axis": (0, 0, 1), "gain": 2.0, "initial_angles": [0.1, 0.0]},
+        {"free": True, "gimbal_inertia": 0.2, "stiffness": 3.0, "damping": 0.4, "initial_angles": [0.3]},
     ):
         rate = signal("rate", [0.0, 1.0], [0.0, 0.6], "smooth")
         cmg = control_moment_gyro("cmg", "hub", h, **keys, **more)
@@ -190,3 +194,35 @@ def test_gimbal_torque_is_h_times_rate():
     turning = System({"hub": big}, (free("hub", u0=[0, 0, 0, 0, 0.3, 0]),), effectors=(cmg,))
     seen = run(turning, 1.0, 2)[2]
     assert seen["effectors/cmg/motor1"][0] == pytest.approx(10.0 * np.dot([0, 0, 1], np.cross([0, 0.3, 0], [1, 0, 0])))
+
+
+def test_free_gimbal_measures_the_rate_of_its_body():
+    """Rate gyro: J g'' + c g' + k g = h W cos g on a body that turns at W across spin and gimbal axis."""
+    h, J_g, k, c, W = 8.0, 0.05, 3.0, 0.6, 0.2
+    keys = {"gimbal_axis": (0, 0, 1), "spin_axis": (1, 0, 0), "gimbal_inertia": J_g}
+    gyro = control_moment_gyro("gyro", "hub", h, **keys, free=True, stiffness=k, damping=c)
+    system = System(
+        {"hub": rigid_body(1e9, np.eye(3) * 1e12)}, (free("hub", u0=[0, 0, 0, 0, W, 0]),), effectors=(gyro,)
+    )
+    t, _, seen = run(system, 6.0, 61)
+    exact = solve_ivp(
+        lambda _, y: [y[1], (h * W * math.cos(y[0]) - k * y[0] - c * y[1]) / J_g],
+        (0.0, 6.0),
+        [0.0, 0.0],
+        t_eval=t,
+        rtol=1e-11,
+        atol=1e-12,
+    ).y[0]
+    assert seen["effectors/gyro/angle"] == pytest.approx(exact, abs=1e-8)
+    settled = seen["effectors/gyro/angle"][-1]
+    assert k * settled == pytest.approx(h * W * math.cos(settled), rel=1e-6)
+
+
+def test_free_gimbal_appears_in_the_linear_equations():
+    """A gimbal on a heavy body at rest is a damped oscillator, J g'' + c g' + k g = 0."""
+    J_g, k, c = 0.05, 3.0, 0.1
+    gyro = control_moment_gyro("gyro", "hub", 1e-6, gimbal_inertia=J_g, free=True, stiffness=k, damping=c)
+    system = System({"hub": rigid_body(1e9, np.eye(3) * 1e12)}, (free("hub"),), effectors=(gyro,))
+    poles = [pole.value for pole in poles_of(linear_model(system, inputs=[])) if abs(pole.value) > 1e-3]
+    decay = c / (2.0 * J_g)
+    assert poles == pytest.approx([complex(-decay, math.sqrt(k / J_g - decay**2))], rel=1e-6)
