@@ -15,9 +15,6 @@ if TYPE_CHECKING:
     from femflex.arrays import Array
 
 
-UNSUPPORTED = {"auto": ("step", "rho"), "dop853": ("step", "rho"), "esdirk4": ("rho",)}  # settings of implicit methods
-
-
 class RunTable(Table):
     """Duration, output and integrator of a run."""
 
@@ -34,33 +31,27 @@ class RunTable(Table):
     momenta: StrictBool = False
     """Report canonical momenta and the Hamiltonian."""
     rtol: Annotated[float, Quantity("", above=0.0, most=0.1)] | None = None
-    """Relative error tolerance of a step. Default: 1e-11 (dop853), 1e-9 (esdirk4) or 1e-6 (generalized_alpha)."""
+    """Relative error tolerance of a step. Default: 1e-11 (dop853) or 1e-9 (esdirk4)."""
     atol: Annotated[float, Quantity("", above=0.0)] | None = None
     """Absolute error tolerance. Default: a tenth of rtol times the size of each kind of coordinate: 1, of joint rates a
     typical rate, and less where the energy of the motion does not allow a hundredth of that."""
-    integrator: Literal["auto", "dop853", "esdirk4", "generalized_alpha"] = "auto"
-    """Integrator: auto; dop853, explicit, order 8; esdirk4, implicit, order 4; generalized_alpha, implicit, order 2,
-    which damps high modes."""
+    integrator: Literal["auto", "dop853", "esdirk4"] = "auto"
+    """Integrator: auto; dop853, explicit, order 8; esdirk4, implicit, order 4, which damps high modes."""
     band: Annotated[float, Quantity("Hz", above=0.0)] | None = None
     """Highest frequency of interest, for the automatic choices. Default: the highest that the output rows can show."""
     max_step: Duration | None = None
     """Largest step of the integrator. Default: no limit."""
     step: Duration | None = None
-    """Constant step of an implicit integrator, in place of error control."""
-    rho: Annotated[float, Quantity("", least=0.0, most=1.0)] | None = None
-    """Spectral radius of generalized_alpha at infinite frequency; 1 does not damp."""
+    """Constant step of esdirk4, in place of error control."""
 
     @model_validator(mode="after")
     def _keys_are_unique(self) -> RunTable:
         exactly_one(self, ("duration", "orbits"))
         exactly_one(self, ("output_step", "samples"), required=False)
-        if unsupported := [key for key in UNSUPPORTED.get(self.integrator, ()) if getattr(self, key) is not None]:
-            supporting = " or ".join(
-                name for name in ("esdirk4", "generalized_alpha") if unsupported[0] not in UNSUPPORTED.get(name, ())
-            )
+        if self.step is not None and self.integrator != "esdirk4":
             refuse(
-                f"found {unsupported[0]} with integrator = {self.integrator!r}; it is a setting of {supporting} "
-                "alone, so select this integrator, or leave it out"
+                f"found step with integrator = {self.integrator!r}; it is a setting of esdirk4 alone, so select this "
+                "integrator, or leave it out"
             )
         if self.duration is not None and self.output_step is not None and self.output_step > self.duration:
             refuse(

@@ -8,7 +8,6 @@ method and says why. Kernels are loaded when a method is first used, not when th
 from femflex.integrate.choice import Choice, choose
 from femflex.integrate.dop853 import Dop853
 from femflex.integrate.esdirk import Esdirk4
-from femflex.integrate.generalized_alpha import GeneralizedAlpha
 from femflex.integrate.outcome import Block, IntegrationError, Interrupted, Solution, Steps
 from femflex.integrate.protocol import (
     ADVANCE,
@@ -33,7 +32,6 @@ __all__ = [
     "Dop853",
     "Esdirk4",
     "Forecast",
-    "GeneralizedAlpha",
     "IntegrationError",
     "Integrator",
     "Interrupted",

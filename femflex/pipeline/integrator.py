@@ -15,7 +15,7 @@ from femflex.integrate import INTEGRATORS, Dop853, Forecast, Integrator, choose,
 from femflex.integrate.driver import Adaptive
 from femflex.noun.problems import CaseError, Problem
 
-SETTINGS = ("rtol", "atol", "max_step", "step", "rho")
+SETTINGS = ("rtol", "atol", "max_step", "step")
 
 
 def case_integrator(case: Case, model: Model, times: Array, begun: str = "") -> tuple[Integrator, str]:
@@ -52,7 +52,7 @@ def chosen_integrator(
 
     requested     name of an integrator, or "auto"
     band      highest frequency wanted [Hz]; None: what the output can show
-    settings  of the integrator: rtol, atol, max_step [s], step [s], rho
+    settings  of the integrator: rtol, atol, max_step [s], step [s]
     begun     name of the integrator that a run to be resumed was begun with
 
     Raises SettingError for a setting that the method does not have.

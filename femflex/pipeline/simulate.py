@@ -71,7 +71,7 @@ def simulate(
     output_step  between output times [s]; by default a thousandth of the duration
     integrator   "auto", or the name of one (`integrate.INTEGRATORS`), chosen as for a case
     band         highest frequency wanted [Hz]; by default what the output can show
-    settings     of the integrator: rtol, atol, max_step [s], step [s], rho
+    settings     of the integrator: rtol, atol, max_step [s], step [s]
 
     Warns of what `advise` doubts, and of bends beyond the range of a body's strain. Raises ValueError for settings that
     the integrator does not have, and IntegrationError where the motion diverges or the numerics fail; the error carries

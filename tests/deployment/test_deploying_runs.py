@@ -54,7 +54,7 @@ def changed(old, new):
     return BOOM.replace(old, new)
 
 
-SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("esdirk4", "generalized_alpha")]
+SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("esdirk4",)]
 
 
 @pytest.mark.slow

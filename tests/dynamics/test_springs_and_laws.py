@@ -154,13 +154,13 @@ def test_coulomb_friction_stopping_distance():
     assert abs(states[-1, 1]) < 1e-5
 
 
-@pytest.mark.parametrize("method", ["dop853", "esdirk4", "generalized_alpha"])
+@pytest.mark.parametrize("method", ["dop853", "esdirk4"])
 def test_cart_between_stops_conserves_energy(method):
     model = slider(laws=(Stop(lower=-0.5, upper=0.5, stiffness=2e4, width=0.02),), u0=[1.0])
-    tolerance = {"dop853": 1e-10, "esdirk4": 1e-7, "generalized_alpha": 1e-6}[method]
+    tolerance = {"dop853": 1e-10, "esdirk4": 1e-7}[method]
     solution = integrator(method, rtol=tolerance, atol=tolerance).solve(model, np.linspace(0, 4.0, 201), model.x0)
     seen = model.observe(solution.times, solution.states)
-    allowed = {"dop853": 1e-7, "esdirk4": 2e-3, "generalized_alpha": 5e-2}[method]
+    allowed = {"dop853": 1e-7, "esdirk4": 2e-3}[method]
     assert seen["monitors/spring"].max() > 0.1
     assert seen["monitors/energy"] == pytest.approx(1.0, rel=allowed)
     assert np.abs(solution.states[:, 0]).max() < 0.55

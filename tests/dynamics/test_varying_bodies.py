@@ -29,7 +29,7 @@ from femflex.system import (
 
 U, MASS = 0.3, 2.5  # m/s; kg, of each of the two masses
 MOVING = ("mass", "flow")
-METHODS = ("dop853", "esdirk4", "generalized_alpha", "scipy_radau")
+METHODS = ("dop853", "esdirk4", "scipy_radau")
 
 
 def polynomial(t, z, numbers, block):

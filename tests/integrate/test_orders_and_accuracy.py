@@ -25,12 +25,11 @@ from support.integrate_models import (
 )
 from support.scipy_integrators import integrator
 
-from femflex.integrate import INTEGRATORS, Dop853, Esdirk4, GeneralizedAlpha
+from femflex.integrate import INTEGRATORS, Dop853, Esdirk4
 from femflex.integrate.dop853_table import A as DOP_A
 from femflex.integrate.dop853_table import B as DOP_B
 from femflex.integrate.dop853_table import C as DOP_C
 from femflex.integrate.esdirk_table import EMBEDDED, STAGES, A, fractions
-from femflex.integrate.generalized_alpha_kernel import error_constants
 
 
 def steady(method, h):
@@ -42,15 +41,14 @@ def steady(method, h):
 
 def like(method, **settings):
     """The same method with other settings."""
-    own = {"rho": method.rho} if isinstance(method, GeneralizedAlpha) else {}
-    return type(method)(**own, **settings)
+    return type(method)(**settings)
 
 
 def slope(steps, errors):
     return np.polyfit(np.log(steps), np.log(errors), deg=1)[0]
 
 
-IMPLICIT = {"esdirk4": Esdirk4(), **{f"alpha {rho:g}": GeneralizedAlpha(rho=rho) for rho in (1.0, 0.8, 0.3)}}
+IMPLICIT = {"esdirk4": Esdirk4()}
 METHODS = {"dop853": Dop853(), **IMPLICIT}
 with_methods = pytest.mark.parametrize("name", METHODS)
 with_implicit = pytest.mark.parametrize("name", IMPLICIT)
@@ -97,10 +95,6 @@ def test_implicit_runge_kutta_method_is_l_stable():
 
     assert max(growth(1j * y) for y in np.geomspace(1e-2, 1e6, 500)) <= 1 + 1e-12
     assert growth(1e9j) < 1e-6
-
-
-def test_error_constants_of_the_trapezoidal_rule():
-    assert error_constants(1.0) == pytest.approx((1 / 12, 1 / 12))
 
 
 def test_explicit_error_falls_at_order_eight():
@@ -175,7 +169,7 @@ def test_kepler_ellipse_closes_at_any_tolerance():
         assert x.states[-1] == pytest.approx(x0, abs=3e4 * rtol)  # speed at perigee grows errors by the period's slope
 
 
-@pytest.mark.parametrize(("name", "factor"), [("esdirk4", 100), ("alpha 0.8", 2000)])
+@pytest.mark.parametrize(("name", "factor"), [("esdirk4", 100)])
 def test_errors_follow_the_tolerance(name, factor):
     model, ends = cubic_spring(0.5), np.array([0.0, 6.0])
     exact = jacobi(ends, 0.5, 1.0)[-1]
@@ -198,7 +192,7 @@ def energy_and_momentum(model, x):
     return np.column_stack([(J * x[:, 4:] ** 2).sum(axis=1) / 2, ((J * x[:, 4:]) ** 2).sum(axis=1)])
 
 
-@pytest.mark.parametrize(("name", "error"), [("dop853", 1e-7), ("esdirk4", 1e-6), ("alpha 1", 1e-4)])
+@pytest.mark.parametrize(("name", "error"), [("dop853", 1e-7), ("esdirk4", 1e-6)])
 def test_energy_and_momentum_of_a_free_body(name, error):
     model, x0 = rigid_body(), np.array([1.0, 0, 0, 0, 0.3, 1.0, 0.2])
     x = like(METHODS[name], rtol=1e-9, atol=1e-9).solve(model, np.linspace(0, 30, 61), x0)

@@ -60,10 +60,7 @@ class Scipy:
         """Blocks of the states at `times` (n_t,), ascending [s]; x0 (n_x,) is the state at times[0]."""
         times, x0 = checked(times, x0, model.n_x)
         if getattr(model, "events", None) is not None:
-            raise ValueError(
-                f"{self.name} does not follow latches and other events; choose 'dop853', 'esdirk4' or "
-                "'generalized_alpha'."
-            )
+            raise ValueError(f"{self.name} does not follow latches and other events; choose 'dop853' or 'esdirk4'.")
         if state is None:
             resume = np.concatenate([np.zeros(head.HEAD), x0])
             resume[head.METHOD], resume[head.N_X] = NUMBER, model.n_x
