@@ -10,7 +10,6 @@ from femflex.integrate.dop853 import Dop853
 from femflex.integrate.esdirk import Esdirk4
 from femflex.integrate.outcome import Block, IntegrationError, Interrupted, Solution, Steps
 from femflex.integrate.protocol import (
-    ADVANCE,
     CORRECT,
     KINEMATIC,
     RATE,
@@ -22,7 +21,6 @@ from femflex.integrate.register import INTEGRATORS, integrator
 from femflex.integrate.trial import Forecast, forecast
 
 __all__ = [
-    "ADVANCE",
     "CORRECT",
     "INTEGRATORS",
     "KINEMATIC",

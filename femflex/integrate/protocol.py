@@ -38,10 +38,6 @@ v = (u, z) (n_v,) comes in one array. Quasi-coordinate increments are (n_u,), li
                Newton's method, never the answer).
     KINEMATIC  kinematic(t, q, u, qdot, table, pool, work)
                qdot = N(q) u, (n_q,), linear in u.
-    ADVANCE    advance(q, increment, out, table, pool, work)
-               out = q o exp(increment), (n_q,): where q is after unit time at the constant quasi-velocity
-               `increment` (n_u,). Sums for ordinary coordinates, q * exp(rotation vector / 2) for Euler parameters.
-               out is never q itself.
 
 Stage values may carry Euler parameters that are off unit length by the size of the local error; the calls must not
 mind (normalise inside, or use formulas of degree zero).
@@ -65,7 +61,6 @@ RATE = types.void(REAL, VECTOR, VECTOR, *_MODEL_ARRAYS)
 PROJECT = REAL(REAL, VECTOR, *_MODEL_ARRAYS)
 CORRECT = types.void(REAL, VECTOR, VECTOR, VECTOR, VECTOR, REAL, REAL, *_MODEL_ARRAYS)
 KINEMATIC = types.void(REAL, VECTOR, VECTOR, VECTOR, *_MODEL_ARRAYS)
-ADVANCE = types.void(VECTOR, VECTOR, VECTOR, *_MODEL_ARRAYS)
 SWITCH = INTEGER(REAL, VECTOR, *_MODEL_ARRAYS)
 MODEL_ARRAYS = types.Tuple(_MODEL_ARRAYS)  # the three arrays as kernels take them
 
@@ -91,10 +86,6 @@ class SecondOrder(Protocol):
     @property
     def kinematic(self) -> Call:
         """First-class function of signature KINEMATIC."""
-
-    @property
-    def advance(self) -> Call:
-        """First-class function of signature ADVANCE."""
 
 
 class Model(Protocol):

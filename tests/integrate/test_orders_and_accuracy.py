@@ -18,7 +18,6 @@ from support.integrate_models import (
     free_solve,
     kepler,
     oscillator,
-    plain_advance,
     pulse,
     rigid_body,
     spun,
@@ -221,7 +220,7 @@ def test_steps_end_at_breaks_so_that_jumps_cost_no_accuracy(on, off):
 def test_implicit_methods_take_breaks_exactly(name):
     """A mass under a constant force that changes at a break: both methods integrate parabolas exactly."""
     given = pulse(0.31, 5.0)
-    second = Second(1, 1, correcting(free_residual, free_solve), free_kinematic, plain_advance)
+    second = Second(1, 1, correcting(free_residual, free_solve), free_kinematic)
     model = Compiled(2, given.rate, given.pool, breaks=given.breaks, second_order=second)
     times = np.linspace(0, 2, 21)
     x = like(IMPLICIT[name], rtol=1e-6, atol=1e-6).solve(model, times, [0.0, 0.0])

@@ -12,7 +12,6 @@ from support.integrate_models import (
     chain_residual,
     contrary_solve,
     correcting,
-    plain_advance,
     pulse,
 )
 
@@ -86,7 +85,7 @@ def test_same_motion_as_the_explicit_method(method):
 def test_newton_that_cannot_converge_ends_the_run(method):
     """A solve of the wrong sign sends every iteration away from the answer."""
     good = chain(np.ones(2), np.full(3, 4.0))
-    second = Second(2, 2, correcting(chain_residual, contrary_solve), good.second_order.kinematic, plain_advance)
+    second = Second(2, 2, correcting(chain_residual, contrary_solve), good.second_order.kinematic)
     model = Compiled(4, good.rate, good.pool, good.table, good.work, second_order=second)
     with pytest.raises(IntegrationError, match="Newton's iteration does not converge") as caught:
         method.solve(model, np.array([0.0, 1.0]), np.array([1.0, 0.0, 0.0, 0.0]))

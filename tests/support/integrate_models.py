@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from femflex.arrays import Array, IntArray
-from femflex.integrate.protocol import ADVANCE, CORRECT, KINEMATIC, RATE
+from femflex.integrate.protocol import CORRECT, KINEMATIC, RATE
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +22,6 @@ class Second:
     n_u: int
     correct: Callable[..., Any]
     kinematic: Callable[..., Any]
-    advance: Callable[..., Any]
 
 
 @cache
@@ -190,20 +189,13 @@ def plain_kinematic(t, q, u, qdot, table, pool, work):
         qdot[i] = u[i]
 
 
-@njit(ADVANCE, cache=True)
-def plain_advance(q, increment, out, table, pool, work):
-    """q + increment."""
-    for i in range(q.size):
-        out[i] = q[i] + increment[i]
-
-
 def chain(
     masses: Array, springs: Array, dampers: Array | None = None, cubic: float = 0.0, force: float = 0.0, w: float = 1.0
 ) -> Compiled:
     """The chain of masses (n,), springs (n + 1,) and dampers (n + 1,), with force * sin(w t) on the last mass."""
     n = len(masses)
     dampers = np.zeros(n + 1) if dampers is None else dampers
-    second = Second(n, n, correcting(chain_residual, chain_solve), plain_kinematic, plain_advance)
+    second = Second(n, n, correcting(chain_residual, chain_solve), plain_kinematic)
     pool = np.concatenate([[cubic, force, w], masses, springs, dampers])
     return Compiled(2 * n, chain_rate, pool, np.array([n]), np.zeros(2 * n), second_order=second)
 
@@ -243,18 +235,6 @@ def body_kinematic(t, q, u, qdot, table, pool, work):
     qdot[3] = 0.5 * (-q[2] * u[0] + q[1] * u[1] + q[0] * u[2])
 
 
-@njit(ADVANCE, cache=True)
-def body_advance(q, increment, out, table, pool, work):
-    """q times the Euler parameters of the rotation vector."""
-    angle = np.sqrt(increment[0] ** 2 + increment[1] ** 2 + increment[2] ** 2)
-    c, s = np.cos(0.5 * angle), (np.sin(0.5 * angle) / angle if angle > 1e-8 else 0.5)
-    a, b, d = s * increment[0], s * increment[1], s * increment[2]
-    out[0] = q[0] * c - q[1] * a - q[2] * b - q[3] * d
-    out[1] = q[0] * a + q[1] * c + q[2] * d - q[3] * b
-    out[2] = q[0] * b - q[1] * d + q[2] * c + q[3] * a
-    out[3] = q[0] * d + q[1] * b - q[2] * a + q[3] * c
-
-
 @njit(RATE, cache=True)
 def body_rate(t, x, dxdt, table, pool, work):
     """Kinematic equation and Euler's equations."""
@@ -283,7 +263,7 @@ def body_solve(t, q, rhs, out, c_mass, c_damp, c_stiff, table, pool, work):
 
 def rigid_body(inertia: tuple[float, float, float] = (1.0, 2.0, 2.5), spring: float = 0.0) -> Compiled:
     """A rigid body that turns freely or under the spring; its Euler parameters are kept at unit length."""
-    second = Second(4, 3, correcting(body_residual, body_solve), body_kinematic, body_advance)
+    second = Second(4, 3, correcting(body_residual, body_solve), body_kinematic)
     return Compiled(7, body_rate, np.array([*inertia, spring]), renormalise=np.array([0]), second_order=second)
 
 
