@@ -96,6 +96,10 @@ class Case(Table):
             refuse(f"environment.{min(surrounding)} needs an orbit; give an [orbit], or leave it out")
         return self
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Its class is that of the effectors that are registered where it is unpickled."""
+        return _restored_case, (self.__getstate__(),)
+
     @property
     def path(self) -> Path:
         """Path of the case file; file names in it are relative to its folder."""
@@ -123,6 +127,12 @@ class Case(Table):
     def file_path(self, name: str) -> Path:
         """The path of a file named in the case."""
         return self._path.parent / name
+
+
+def _restored_case(state: dict[Any, Any]) -> Case:
+    case = case_class().__new__(case_class())
+    case.__setstate__(state)
+    return case
 
 
 def case_class() -> type[Case]:

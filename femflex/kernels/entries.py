@@ -11,6 +11,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from functools import cached_property
+from importlib import import_module
 from typing import Any
 
 import numba
@@ -44,6 +45,10 @@ class Entry:
         self.__name__ = function.__name__
         self._compiled: Any = None  # the compiled function, alive as long as its address is used
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """An entry is the one that its module has under the function's name, also in another process."""
+        return _entry_named, (self.function.__module__, self.function.__qualname__)
+
     @cached_property
     def address(self) -> int:
         """Return its address in this process; it is compiled, or read from disk, at the first request."""
@@ -55,6 +60,11 @@ class Entry:
         self._compiled = compiled = stored(self.signature, error_model="numpy", no_cpython_wrapper=True)(self.function)
         result = compiled.get_compile_result(self.signature)
         return int(result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name))
+
+
+def _entry_named(module: str, name: str) -> Entry:
+    named: Entry = getattr(import_module(module), name)
+    return named
 
 
 def entry(signature: Any) -> Callable[[Callable[..., Any]], Entry]:

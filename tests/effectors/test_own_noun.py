@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 from pathlib import Path
 from typing import Annotated
 
@@ -142,3 +143,10 @@ def test_mistakes_are_named(old: str, new: str, words: list[str]):
 def test_constructor_refuses_the_same():
     with pytest.raises(ValueError, match=r"Drag: coefficient: found -1 kg/m; it must be at least 0"):
         Drag(body="hub", coefficient=-1.0)
+
+
+def test_case_and_system_can_be_pickled(tmp_path: Path):
+    case = pickle.loads(pickle.dumps(parse_case(case_text())))
+    system = pickle.loads(pickle.dumps(femflex.build_system(case)))
+    result = femflex.simulate(system, 1.0)
+    assert result["effectors/fin/speed"][-1] == pytest.approx(V0 / (1.0 + C * V0 / MASS), rel=1e-9)
