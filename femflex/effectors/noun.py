@@ -58,6 +58,7 @@ class EffectorNoun(Table):
     n_markers, states, channels, accounts, exerts   as those of femflex.system.Effector; a noun whose counts depend on
               its values says so in `effector`
     writes_all  whether its function writes all its results, so that these are not set to zero beforehand
+    gives_signals  whether its name alone may stand among the inputs of a controller (see `signals`)
     derived   names of numbers in addition to those of its fields, which `numbers` returns
     """
 
@@ -69,6 +70,7 @@ class EffectorNoun(Table):
     accounts: ClassVar[tuple[str, ...]] = ()
     exerts: ClassVar[tuple[str, ...]] = EXERTED
     writes_all: ClassVar[bool] = False
+    gives_signals: ClassVar[bool] = False
     derived: ClassVar[tuple[str, ...]] = ()
 
     def __init_subclass__(cls, heading: str = "", **options: Any) -> None:
@@ -143,8 +145,6 @@ class EffectorNoun(Table):
     def effectors(self, name: str, context: Context = ALONE) -> Sequence[Effector | Controller]:
         """What a System holds of it: its effector, or several, or none. Raises ValueError."""
         return (self.effector(name, context),)
-
-    gives_signals: ClassVar[bool] = False
 
     def signals(self, name: str, context: Context, path: tuple[str, ...] = ()) -> list[str]:
         """Names of its outputs, for which its name alone stands among the inputs of a controller; none of an actuator.
