@@ -155,7 +155,7 @@ def table_of(kinds: tuple[type[EffectorNoun], ...]) -> Any:
 
 
 def _heading_text(kinds: tuple[type[EffectorNoun], ...]) -> str:
-    """What the tables of one heading describe: the first sentence of a single noun."""
+    """The description of the tables of one heading: the first sentence of a single noun."""
     if len(kinds) > 1:
         return f"A {kinds[0].label} of one of {len(kinds)} kinds; by name."
     return " ".join((kinds[0].__doc__ or "").split()).partition(". ")[0].rstrip(".") + "; by name."

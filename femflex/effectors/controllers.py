@@ -80,7 +80,7 @@ class Block(EffectorNoun):
     """Time between two samples; commands are held between them. Default: continuous."""
 
     def controller(self, name: str, context: Context) -> Effector | Controller:
-        """What a System holds of it. Raises ValueError."""
+        """Return its block as an effector, or as a sampled controller. Raises ValueError."""
         raise NotImplementedError
 
     def effectors(self, name: str, context: Context = ALONE) -> Sequence[Effector | Controller]:

@@ -102,7 +102,7 @@ class Gyro(Mounted, heading="gyros"):
 
     @property
     def commands(self) -> list[float | str]:
-        """What commands each gimbal."""
+        """Commands of the gimbals: numbers, or names of signals."""
         return self.rates or self.angles or []
 
     def _axes(self, name: str) -> tuple[Array, Array, Array]:

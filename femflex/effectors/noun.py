@@ -1,4 +1,4 @@
-"""What every effector is: a table of a case, a constructor in Python, and the numbers that its function reads by name.
+"""Effectors as nouns: a table of a case, a constructor in Python, and the numbers that a function reads by name.
 
 THE MODEL. An effector is one file with one class and one function:
 
@@ -88,7 +88,7 @@ class EffectorNoun(Table):
 
     @classmethod
     def places(cls) -> tuple[Any, Any, Any]:
-        """Where the function finds its numbers: in parameters, in seen, and in out; each a named tuple of offsets.
+        """Offsets of its function's numbers in parameters, in seen, and in out: three named tuples.
 
         parameters  fields that are numbers or vectors, in their order, then those of `derived`
         seen        position, attitude, velocity, rate (of the first marker; the second follows each), inputs
@@ -143,7 +143,7 @@ class EffectorNoun(Table):
         )
 
     def effectors(self, name: str, context: Context = ALONE) -> Sequence[Effector | Controller]:
-        """What a System holds of it: its effector, or several, or none. Raises ValueError."""
+        """Return its effector, or several, or none, for a System. Raises ValueError."""
         return (self.effector(name, context),)
 
     def signals(self, name: str, context: Context, path: tuple[str, ...] = ()) -> list[str]:
@@ -159,7 +159,7 @@ class EffectorNoun(Table):
 
     @classmethod
     def variations(cls, bodies: Mapping[str, Any], nouns: Mapping[str, Any]) -> dict[str, Variation]:
-        """How the bodies vary that carry nouns of this class. Raises ValueError."""
+        """Variations of the bodies that carry nouns of this class, by body. Raises ValueError."""
         return {}
 
     def first_start(self) -> float | None:

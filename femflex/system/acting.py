@@ -16,7 +16,7 @@ from femflex.system.variation import Variation
 
 
 class Context(NamedTuple):
-    """What a noun may refer to: the other nouns, the bodies, and the folder of the case, for files that it names."""
+    """References of a noun: the other nouns, the bodies, and the folder of the case, for files that it names."""
 
     nouns: Mapping[str, Any] = {}
     folder: Path = Path()
@@ -62,7 +62,7 @@ def _carrier(part: Part, name: str, noun: Any) -> Part:
 
 
 def variations_of(parts: Mapping[str, Part], nouns: Mapping[str, Any]) -> dict[str, Variation]:
-    """How the bodies vary that carry these nouns, such as tanks that are emptied. Raises ValueError."""
+    """Variations of the bodies that carry these nouns, such as tanks that are emptied. Raises ValueError."""
     out: dict[str, Variation] = {}
     for kind in dict.fromkeys(type(noun) for noun in nouns.values() if hasattr(noun, "variations")):
         out |= kind.variations(parts, {name: noun for name, noun in nouns.items() if type(noun) is kind})
