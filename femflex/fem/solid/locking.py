@@ -120,7 +120,7 @@ def warn_of_incompressible(name: str, nodes: IntArray, C: Array, isotropic: bool
     if ratio < RIGID:
         return
     if sound:
-        effect = "are a single layer: where it is clamped, its bending frequencies are 2 to 3 % too high"
+        effect = "are a single layer: where it is clamped, its bending frequencies are up to 4 % too high"
         remedy = "take two layers (refine = 1)"
     else:
         effect = "are too stiff then: by 14 % at 0.4999 in a thick cylinder, more where they bend"
