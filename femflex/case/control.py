@@ -9,7 +9,7 @@ from typing import Any
 from femflex.case.body import RigidTable
 from femflex.case.case import Case
 from femflex.effectors.controllers import AttitudeFeedback, LowPass, Notch, Pd, Pid
-from femflex.effectors.noun import Between
+from femflex.effectors.noun import MarkerPair
 from femflex.effectors.sensor import Sensor
 from femflex.effectors.signal import Signal
 from femflex.effectors.thruster import Thruster
@@ -114,7 +114,7 @@ def _internal_force_warnings(case: Case) -> Iterator[str]:
     for kind, tables in case.effectors.items():
         for name, table in tables.items():
             if (
-                isinstance(table, Between)
+                isinstance(table, MarkerPair)
                 and table.body == table.parent
                 and isinstance(case.bodies.get(table.body), RigidTable)
             ):

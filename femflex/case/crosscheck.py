@@ -13,7 +13,7 @@ from femflex.case.named_files import file_problems
 from femflex.case.named_markers import marker_problems
 from femflex.case.outline import Outline
 from femflex.case.tree import root_problems, tree_problems
-from femflex.effectors.noun import Between
+from femflex.effectors.noun import MarkerPair
 from femflex.effectors.sensor import Sensor
 from femflex.noun.problems import Problem, suggestion_text
 
@@ -55,7 +55,7 @@ def end_problems(outline: Outline) -> Iterator[Problem]:
         if body == parent:
             yield Problem(key_path, f"found body {body!r} joined to itself; parent and {role} must differ")
     for key_path, item in outline.mounted.items():
-        if isinstance(item, Between):
+        if isinstance(item, MarkerPair):
             other_end, key = (item.parent, item.parent_marker), "parent_marker"
         elif isinstance(item, Sensor) and item.other_body is not None:
             other_end, key = (item.other_body, item.other_marker), "other_marker"

@@ -34,7 +34,7 @@ from femflex.effectors.controllers import (
     Pulses,
 )
 from femflex.effectors.gyro import Gyro
-from femflex.effectors.noun import Between, EffectorNoun, Mounted
+from femflex.effectors.noun import EffectorNoun, MarkerPair, Mounted
 from femflex.effectors.sensor import Sampling, Sensor, strain_sensor
 from femflex.effectors.separation import Separation
 from femflex.effectors.signal import Signal
@@ -45,7 +45,6 @@ from femflex.effectors.wheel import Wheel, unbalanced_rotor
 __all__ = [
     "Allocation",
     "AttitudeFeedback",
-    "Between",
     "Cable",
     "EffectorNoun",
     "Gain",
@@ -53,6 +52,7 @@ __all__ = [
     "LevelTable",
     "LinearSystem",
     "LowPass",
+    "MarkerPair",
     "MomentumManagement",
     "Mounted",
     "Notch",

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from femflex.arrays import Array
-from femflex.effectors.noun import Between
+from femflex.effectors.noun import MarkerPair
 from femflex.kernels.profiles import profile_at
 from femflex.kernels.vectors import dot, load3, scale, store3, sub
 from femflex.noun.values import Count, Quantity
@@ -33,7 +33,7 @@ FOREVER = 1e300  # s, in place of infinity
 SAMPLES = 2001  # of the length, to find its least
 
 
-class Cable(Between, heading="cables"):
+class Cable(MarkerPair, heading="cables"):
     """A cable between two markers: it pulls while they are farther apart than its length, else it is slack.
 
     Channels without mass: tension, 0 while slack; distance; length. A run ends with an error where the length comes to

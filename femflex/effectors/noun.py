@@ -184,7 +184,7 @@ class Mounted(EffectorNoun):
         return ((self.body, self.marker),)
 
 
-class Between(Mounted):
+class MarkerPair(Mounted):
     """An element between two markers."""
 
     n_markers = 2

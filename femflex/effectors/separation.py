@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Annotated
 
 from femflex.arrays import Array
-from femflex.effectors.noun import Between
+from femflex.effectors.noun import MarkerPair
 from femflex.kernels.vectors import dot, load3, scale, store3, sub
 from femflex.noun.values import PositiveLength, Quantity
 from femflex.system.acting import ALONE, Context
@@ -19,7 +19,7 @@ from femflex.system.effector import Effector
 NEAREST = 1e-9  # of the free length: nearer markers have no direction between them
 
 
-class Separation(Between, heading="separations"):
+class Separation(MarkerPair, heading="separations"):
     """A spring between two markers that pushes while it is shorter than its free length, and never pulls.
 
     Channel: distance.

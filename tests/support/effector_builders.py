@@ -87,22 +87,22 @@ def tank_variation(body, tanks):
     return variation_of_tanks(body, {name: tank_noun("body", *numbers) for name, numbers in tanks.items()})
 
 
-def between(ends):
+def marker_pair(ends):
     (parent, parent_marker), (body, marker) = ends
     return {"parent": parent, "parent_marker": parent_marker, "body": body, "marker": marker}
 
 
 def cable(name, ends, length, EA, damping=0.0):
-    return Cable(**between(ends), length=length, EA=EA, damping=damping).effector(name)
+    return Cable(**marker_pair(ends), length=length, EA=EA, damping=damping).effector(name)
 
 
 def with_heavy_cable(system, name, ends, length, EA, mass_per_length, masses, places, *, rates=None, damping=0.0):
     keys = {"length": length, "EA": EA, "damping": damping, "mass_per_length": mass_per_length, "masses": masses}
-    return effectors.with_heavy_cable(system, name, Cable(**between(ends), **keys), places, rates)
+    return effectors.with_heavy_cable(system, name, Cable(**marker_pair(ends), **keys), places, rates)
 
 
 def separation_spring(name, ends, stiffness, length):
-    return Separation(**between(ends), stiffness=stiffness, length=length).effector(name)
+    return Separation(**marker_pair(ends), stiffness=stiffness, length=length).effector(name)
 
 
 def signal(name, times, values, kind="linear", unit="1"):
