@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal
 
@@ -79,9 +80,9 @@ class Block(EffectorNoun):
     period: Duration | None = None
     """Time between two samples; commands are held between them. Default: continuous."""
 
+    @abstractmethod
     def controller(self, name: str, context: Context) -> Effector | Controller:
         """Return its block as an effector, or as a sampled controller. Raises ValueError."""
-        raise NotImplementedError
 
     def effectors(self, name: str, context: Context = ALONE) -> Sequence[Effector | Controller]:
         """The controller of that name. Raises ValueError for counts that do not fit, and for unknown signals."""
@@ -106,9 +107,9 @@ class LinearBlock(Block):
             refuse("found scaled without limit; give the limit to which the outputs are scaled down, or drop scaled")
         return self
 
+    @abstractmethod
     def system(self, n: int) -> StateSpace:
         """Its matrices for n inputs. Raises ValueError."""
-        raise NotImplementedError
 
     def controller(self, name: str, context: Context) -> Effector | Controller:
         """The block with these matrices. Raises ValueError."""
