@@ -35,6 +35,7 @@ PARENTS = {
     "thrusters": "[thrusters.NAME]",
     "tanks": "[tanks.NAME]",
     "separations": "[separations.NAME]",
+    "distributed_loads": "[distributed_loads.NAME]",
     "expect": "[expect] and [expect.NAME]",
 }
 SKIPPED = {"loops"}  # written like joints

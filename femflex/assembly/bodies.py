@@ -134,7 +134,7 @@ def _table_key(case: Case, name: str) -> str:
     if isinstance(table, FlexibleTable) and isinstance(table.reduction, Stretchable) and table.reduction.joints == {}:
         as_open = table.reduction.model_copy(update={"joints": None})  # this builds the same body
         table = table.model_copy(update={"reduction": as_open})
-    context, excluded = [str(sorted(turning_markers(case, name)))], {"initial"}
+    context, excluded = [str(sorted(turning_markers(case, name))), str(patch_groups(case, name))], {"initial"}
     if isinstance(table, DeployingTable) and table.length is not None and table.length.profile is not None:
         context.append(str(table.length.profile(case.path.parent).numbers))
         excluded.add("length")
@@ -187,7 +187,8 @@ def _body_from_table(
     acting = acting_loads(case, name, table, marker_groups(table))
     structure, modeset = build_modes(as_built, table, modes, name, acting, preload_of(case, name, table))
     if draft:
-        body = small_motion_body(structure, modeset, marker_groups(table), turning_markers(case, name))
+        turning, groups = turning_markers(case, name), patch_groups(case, name)
+        body = small_motion_body(structure, modeset, marker_groups(table), turning, groups)
     else:
         body, modeset = _reduce_with_strain(case, name, table, structure, modeset)
     reduction = table.reduction
@@ -239,7 +240,8 @@ def _reduce_with_strain(
         check_torques(case, name, groups, structure)
     if strain == "condensed" and keep is None:
         modeset = with_derivatives(structure, modeset)
-    body = reduce_structure(structure, modeset, groups, _damping(table.damping), strain, turning)
+    damping, patches = _damping(table.damping), patch_groups(case, name)
+    body = reduce_structure(structure, modeset, groups, damping, strain, turning, patches)
     if strain == "nonlinear" and isinstance(r, Stretchable) and body.n_modes:
         if keep == "none" and not r.responses:
             _warn_of_stiffness(name, structure, modeset, body)
@@ -267,6 +269,12 @@ def turning_markers(case: Case, name: str) -> set[str]:
     used |= {joint.parent_marker for joint in transmitting_moments if joint.parent == name}
     used |= {load.marker for load in case.loads if load.body == name and _uses_rotation(case, load)}
     return used | ({case.attitude.marker} if case.attitude.marker else set())
+
+
+def patch_groups(case: Case, name: str) -> list[str]:
+    """Groups of a body over which effectors of the case spread forces."""
+    nouns = [noun for named in case.effectors.values() for noun in named.values()]
+    return sorted({group for noun in nouns for body, group in noun.spread() if body == name})
 
 
 def _uses_rotation(case: Case, load: LoadTable) -> bool:
@@ -317,7 +325,8 @@ def _beam_body(case: Case, name: str, table: AnalyticTable, modes: int | None) -
     assert mass is not None
     beam = UniformBeam(mass_per_length=mass, **values)
     functions, note = functions_of(case, name, table, modes, beam.frame)
-    body = beam_body(beam, functions, _damping(table.damping), strain=table.strain or "linear")
+    strain, patches = table.strain or "linear", patch_groups(case, name)
+    body = beam_body(beam, functions, _damping(table.damping), strain=strain, patches=patches)
     names = {marker: entry.group or marker for marker, entry in table.markers.items()}
     return body, Analytic(beam, functions, names), (note,) if note else ()
 

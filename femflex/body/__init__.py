@@ -8,6 +8,7 @@ from femflex.body.flexible import FlexibleBody as FlexibleBody
 from femflex.body.foreshortening import Foreshortening as Foreshortening
 from femflex.body.marker import Marker as Marker
 from femflex.body.moments import MassMoments as MassMoments
+from femflex.body.patches import Patches as Patches
 from femflex.body.rigid import rigid_body as rigid_body
 from femflex.body.skin import Skin as Skin
 from femflex.body.strain import StrainTensors as StrainTensors

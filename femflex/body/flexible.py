@@ -12,6 +12,7 @@ from femflex.body.foreshortening import Foreshortening
 from femflex.body.marker import Marker
 from femflex.body.mass_points import MassPoints
 from femflex.body.moments import MassMoments
+from femflex.body.patches import Patches
 from femflex.body.skin import Skin
 from femflex.body.strain import StrainTensors
 from femflex.body.strain_field import StrainPart
@@ -36,6 +37,7 @@ class FlexibleBody(Summarised):
     foreshortening  of its lowest shape where linear strain leaves it out, or None
     strain_field  parts over all shapes that recover strain over the body; empty if unknown
     mass_points  points of mass over all shapes, of bodies so long that gravity is integrated over them; or None
+    patches  group -> Patches, over which forces can be spread
 
     Arrays, names and units only: it can be pickled. The source of a body is its `reduction.Origin`, and notes on
     it are advice.
@@ -52,6 +54,7 @@ class FlexibleBody(Summarised):
     foreshortening: Foreshortening | None = None
     strain_field: tuple[StrainPart, ...] = ()
     mass_points: MassPoints | None = None
+    patches: dict[str, Patches] = field(default_factory=dict)
 
     def summary(self) -> tuple[str, Rows]:
         """Mass, centre of mass, coordinates, frequencies and markers."""

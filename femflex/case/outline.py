@@ -32,8 +32,8 @@ T = TypeVar("T")
 
 
 def mounted_kinds() -> dict[str, Any]:
-    """Heading -> type of the tables of every effector that is at a marker of a body."""
-    return {heading: table_of(kinds) for heading, kinds in nouns().items() if "marker" in kinds[0].model_fields}
+    """Heading -> type of the tables of every effector that acts on a body."""
+    return {heading: table_of(kinds) for heading, kinds in nouns().items() if "body" in kinds[0].model_fields}
 
 
 ADAPTERS: dict[int, tuple[Any, TypeAdapter[Any]]] = {}  # by the identity of the type, which is kept alive here

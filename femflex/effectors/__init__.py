@@ -1,6 +1,6 @@
 """Effectors: what acts on bodies by a function and has states of its own. Each is one file, with its table and kernel.
 
-Wheels, gyros, thrusters and tanks, cables, separation springs, signals; sensors and controllers.
+Wheels, gyros, thrusters and tanks, cables, separation springs, distributed loads, signals; sensors and controllers.
 """
 
 from femflex.effectors.blocks import (
@@ -33,6 +33,7 @@ from femflex.effectors.controllers import (
     Pid,
     Pulses,
 )
+from femflex.effectors.distributed_load import DistributedLoad
 from femflex.effectors.gyro import Gyro
 from femflex.effectors.noun import EffectorNoun, MarkerPair, Mounted
 from femflex.effectors.sensor import Sampling, Sensor, strain_sensor
@@ -46,6 +47,7 @@ __all__ = [
     "Allocation",
     "AttitudeFeedback",
     "Cable",
+    "DistributedLoad",
     "EffectorNoun",
     "Gain",
     "Gyro",

@@ -162,6 +162,10 @@ class EffectorNoun(Table):
         """Variations of the bodies that carry nouns of this class, by body. Raises ValueError."""
         return {}
 
+    def spread(self) -> tuple[tuple[str, str], ...]:
+        """(body, group) of the patches that it needs (`femflex.body.Patches`); none of one that acts at markers."""
+        return ()
+
     def first_start(self) -> float | None:
         """Time at which it first acts [s]; None for one that acts from the start, or on command."""
         return None

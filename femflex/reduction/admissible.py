@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
 from femflex.arrays import Array, BoolArray
-from femflex.body import FlexibleBody, Marker, Skin, StrainTensors
+from femflex.body import FlexibleBody, Marker, Patches, Skin, StrainTensors
 from femflex.fem.eigen.canonical import canonical_modes, signs
 from femflex.fem.eigen.modes import dense_modes
 from femflex.fem.line.section_points import section_points
@@ -18,6 +19,7 @@ from femflex.reduction.beams.beam_strain import beam_strain
 from femflex.reduction.beams.strain_points import beam_field
 from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
 from femflex.reduction.boundary.clamps import Groups, held_dofs, names
+from femflex.reduction.boundary.patches import MOST, CellMotion, mean_markers
 from femflex.reduction.boundary.rigid import dofs_of_node_motion
 from femflex.reduction.inertia.moments import point_moments
 from femflex.reduction.large_deflection.foreshortening import foreshortening_of
@@ -41,6 +43,7 @@ def beam_body(
     damping: Damping | None = None,
     orthonormal: bool = True,
     strain: Literal["linear", "nonlinear", "condensed"] = "linear",
+    patches: Sequence[str] = (),
 ) -> FlexibleBody:
     """The FlexibleBody of a straight beam on admissible functions, with markers "root" and "tip".
 
@@ -64,7 +67,7 @@ def beam_body(
         )
     if strain == "condensed" or (strain == "nonlinear" and not functions.holds_squares):
         functions = functions.with_followers()
-    body = _reduced_beam(beam, functions, damping, orthonormal, strain)
+    body = _reduced_beam(beam, functions, damping, orthonormal, strain, patches=patches)
     if strain == "linear" and (functions.y or functions.z):
         bending = replace(functions, axial=0, torsion=0).with_followers()
         return replace(
@@ -80,6 +83,7 @@ def _reduced_beam(
     orthonormal: bool,
     strain: str,
     lowest: bool = False,
+    patches: Sequence[str] = (),
 ) -> FlexibleBody:
     """The body whose coordinates are the functions, or their modes (only the lowest one if `lowest`).
 
@@ -107,19 +111,20 @@ def _reduced_beam(
         (StrainTensors.linear(V1), np.zeros(0)) if strain == "linear" else beam_strain(beam, functions, X, V1, n)
     )
     is_damped = _damped_columns(functions, X, n, strain)
+    beam_patches, patch_markers = _patches(beam, functions, X, strain != "linear", patches)
     body = FlexibleBody(
         moments=moments,
         strain=tensors,
         damping=bending_damping(
             damping or ModalDamping(0.0), moments.elastic_mass(), V1, is_damped, is_added(kinds), is_unanswered(kinds)
         ),
-        markers={
-            name: _marker(beam, functions, end, X, strain != "linear") for end, name in enumerate(("root", "tip"))
-        },
+        markers={name: _marker(beam, functions, end, X, strain != "linear") for end, name in enumerate(("root", "tip"))}
+        | patch_markers,
         skin=_skin(beam, functions, X),
         kinds=kinds,
         omega=omega,
         strain_field=(beam_field(beam, functions, X, strain != "linear", has_followers),),
+        patches=beam_patches,
     )
     if strain == "linear":
         return body
@@ -276,6 +281,25 @@ def _marker(beam: UniformBeam, functions: BeamFunctions, end: int, X: Array, sin
         return Marker.at(position, n_modes=X.shape[1])
     centre, turn = _section_motion(beam, functions, xi)
     return Marker(position, centre[0] @ X, turn[0] @ X, axis=beam.frame[0] if sines else np.zeros(3))
+
+
+def _patches(
+    beam: UniformBeam, functions: BeamFunctions, X: Array, sines: bool, groups: Sequence[str]
+) -> tuple[dict[str, Patches], dict[str, Marker]]:
+    """Patches along the whole beam, if asked for, and their markers: equal lengths, integrated by Gauss quadrature."""
+    if other := [group for group in groups if group != "all"]:
+        raise ValueError(f"a beam on admissible functions has no group {other[0]!r}; loads are spread over 'all' of it")
+    if not groups:
+        return {}, {}
+    x, weight = gauss(points_for(functions.max_count))
+    xi = (np.arange(MOST)[:, None] + x) / MOST
+    centre, turn = (rows.reshape(MOST, len(x), 3, -1) for rows in _section_motion(beam, functions, xi.ravel()))
+    size = np.full(MOST, beam.length / MOST)
+    position = np.asarray(beam.root, float) + np.outer(xi @ weight * beam.length, beam.frame[0])
+    phi, psi = (np.einsum("q,cqan->can", weight, rows) @ X for rows in (centre, turn))
+    cells = CellMotion(size, position, np.outer(size, beam.frame[0]), phi, psi)
+    patches, markers = mean_markers("all", cells, 1, sines=sines)
+    return {"all": patches}, markers
 
 
 def _tip_signs(beam: UniformBeam, functions: BeamFunctions, X: Array) -> Array:

@@ -15,6 +15,7 @@ from femflex.fem.structure import Structure
 from femflex.fem.tables import SectionInertia, element_chunks
 from femflex.reduction.beams.strain_points import strain_field
 from femflex.reduction.boundary.markers import attachable_nodes, marker, marker_rows
+from femflex.reduction.boundary.patches import add_patches
 from femflex.reduction.boundary.rigid import check_no_rigid_motion, is_held_by_springs, rigid_shapes
 from femflex.reduction.inertia.mass_points import mass_points
 from femflex.reduction.inertia.moments import linear_stiffness, mass_moments
@@ -47,6 +48,7 @@ def reduce_structure(
     damping: Damping | None = None,
     strain: Strain = "linear",
     turning: Container[str] | None = None,
+    patches: Sequence[str] = (),
 ) -> FlexibleBody:
     """The FlexibleBody of a structure that moves in these shapes; the body frame is the mesh's coordinates.
 
@@ -56,6 +58,7 @@ def reduce_structure(
     (`with_derivatives`; `stretching` checks it); "condensed" makes the set's derivatives dependent (`condense`), but
     those that are slower than their excitation, which stay coordinates (`dependent_derivatives`).
     turning: markers whose rotation will be used (default: all); those without a rotation are warned of.
+    patches: mesh groups of lines, surfaces or faces over which forces will be spread (`Patches`).
     A linear body contains the foreshortening of its lowest shape (`foreshortening`), by which the effect that linear
     strain leaves out is estimated.
     Warns if linear strain meets an initial stress that the supports do not react, if thin plates leave out significant
@@ -74,6 +77,7 @@ def reduce_structure(
     V1 = linear_stiffness(structure.K, phi)
     damped = [strain == "linear" or kind != "derivative" for kind in modes.kinds]
     without_work = _shapes_without_modal_work(structure, modes, strain)
+    body_patches, patch_markers = add_patches(structure, phi, patches, strain != "linear")
     body = FlexibleBody(
         moments=moments,
         strain=_strain_tensors(structure, phi, V1, strain),
@@ -92,7 +96,8 @@ def reduce_structure(
                 axis=np.zeros(3) if strain == "linear" else section_axis(structure, group),
             )
             for name, group in all_markers.items()
-        },
+        }
+        | patch_markers,
         skin=skin_of(structure, phi),
         kinds=tuple(
             "attachment" if kind == UNANSWERED and not is_alone else kind
@@ -101,6 +106,7 @@ def reduce_structure(
         omega=modes.omega,
         strain_field=strain_field(structure, phi, strain != "linear"),
         mass_points=mass_points(structure, phi),
+        patches=body_patches,
     )
     if strain == "linear":
         has_lowest_shape = (

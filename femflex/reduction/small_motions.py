@@ -5,7 +5,7 @@ The static shapes of a body are selected with such bodies; the body itself is bu
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping
+from collections.abc import Container, Mapping, Sequence
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from femflex.arrays import Array
 from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.markers import marker, marker_rows
+from femflex.reduction.boundary.patches import add_patches
 from femflex.reduction.inertia.accelerations import loads_of_rigid_accelerations
 from femflex.reduction.inertia.mass_points import mass_points
 from femflex.reduction.inertia.moments import linear_stiffness, mass_moments
@@ -27,6 +28,7 @@ def small_motion_body(
     modes: ModeSet,
     markers: Mapping[str, str] | None = None,
     turning: Container[str] | None = None,
+    patches: Sequence[str] = (),
 ) -> FlexibleBody:
     """The undamped FlexibleBody of a structure for small motions about rest; arguments as of `reduce_structure`."""
     groups = {**{group: group for group in modes.groups}, **(markers or {})}
@@ -35,6 +37,8 @@ def small_motion_body(
         name: marker(marker_rows(structure, group), modes.phi, name, turning is None or name in turning)
         for name, group in groups.items()
     }
+    body_patches, patch_markers = add_patches(structure, modes.phi, patches, False)
+    body_markers |= patch_markers
     body = body_of_shapes(structure, modes.phi, rigid, body_markers)
     return FlexibleBody(
         moments=body.moments,
@@ -45,6 +49,7 @@ def small_motion_body(
         kinds=modes.kinds,
         omega=modes.omega,
         mass_points=mass_points(structure, modes.phi),
+        patches=body_patches,
     )
 
 

@@ -56,9 +56,10 @@ def acting_on(
 
 def _carrier(part: Part, name: str, noun: Any) -> Part:
     """The body, or the segment of it with the noun's marker, as the noun changes it."""
-    body = body_of_part(part, noun.marker)
+    marker = getattr(noun, "marker", "origin")
+    body = body_of_part(part, marker)
     changed = noun.carrier(name, body)
-    return part if changed is body else with_body_of_part(part, noun.marker, changed)
+    return part if changed is body else with_body_of_part(part, marker, changed)
 
 
 def variations_of(parts: Mapping[str, Part], nouns: Mapping[str, Any]) -> dict[str, Variation]:

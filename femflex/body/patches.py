@@ -1,0 +1,54 @@
+"""Patches of a body's surface or line, over which forces are spread."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from femflex.arrays import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Patches:
+    """Patches of a group of a body, each with a marker of the body that moves and turns as the patch does on average.
+
+    dimension  1: lines, 2: surfaces
+    size       (k,)    length [m] or area [m^2] of each
+    normal     (k, 3)  area as a vector [m^2], that of a curved patch shorter than `size`; of lines zero, body frame
+    aligned    whether the normals of cells with a common side lie on one side of the surface
+
+    The marker of patch k of a group is `patch_marker(group, k)`, and that of the whole group, which moves as its mean
+    and turns as the body frame, `patch_marker(group)`. Markers whose names begin with "." are not reported.
+    """
+
+    dimension: int
+    size: Array
+    normal: Array
+    aligned: bool = True
+
+
+def patch_marker(group: str, k: int | None = None) -> str:
+    """Name of the marker of patch k of a group, or of the group as a whole."""
+    return f".{group}" if k is None else f".{group}.{k}"
+
+
+def clusters(points: Array, normals: Array, most: int) -> list[np.ndarray]:
+    """Numbers of cells with points (c, 3) [m] and unit normals (c, 3), in at most `most` clusters of neighbours.
+
+    The largest cluster is halved until there are enough. Size counts in parts of the whole extent; normals at right
+    angles are as far apart as the ends.
+    """
+    extent = float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0
+    features = np.hstack([points / extent, normals / np.sqrt(2.0)])
+    parts, spans = [np.arange(len(points))], [np.ptp(features, axis=0)]
+    while len(parts) < most:
+        k = max(range(len(parts)), key=lambda i: (spans[i].max(), len(parts[i])))
+        cells = parts[k]
+        if len(cells) == 1 or not spans[k].max() > 0.0:
+            break
+        order = cells[np.argsort(features[cells, int(np.argmax(spans[k]))], kind="stable")]
+        halves = [order[: len(order) // 2], order[len(order) // 2 :]]
+        parts[k : k + 1] = halves
+        spans[k : k + 1] = [np.ptp(features[half], axis=0) for half in halves]
+    return parts

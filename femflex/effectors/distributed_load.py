@@ -1,0 +1,174 @@
+"""Loads spread over lines, surfaces and masses of bodies.
+
+Over a group with patches A_k (`femflex.body.Patches`), each moved and turned by the elastic coordinates, a load f per
+size puts the force f A_k at the mean point of every patch. One that keeps its direction in the body, or in inertial
+axes, has the exact resultant, moment and generalised force of a uniform load by the mean motion of the whole group:
+
+    F = f A,   M = (int r dA) x f,   Q_i = f . int phi_i dA
+
+One that follows the surface turns with every patch: a pressure p gives -p n dA with the turned normal n.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import model_validator
+
+from femflex.arrays import Array
+from femflex.body import FlexibleBody, Marker
+from femflex.body.patches import patch_marker
+from femflex.effectors.noun import EffectorNoun, NumberOrSignal
+from femflex.kernels.vectors import ZERO, add, dot, load3, load9, scale, store3, turn
+from femflex.noun.problems import suggestion_text
+from femflex.noun.table import exactly_one, refuse
+from femflex.noun.values import Direction, Quantity, Vector
+from femflex.system.acting import ALONE, Context
+from femflex.system.effector import Effector
+from femflex.system.segments import Segments
+
+MASS = ".mass"  # marker of the centre of mass, which moves as the mean over the mass
+KINDS = ("pressure", "force_per_area", "force_per_length", "force_per_mass")
+TURNS, TAKES_SIGNAL, LEVEL, COUNT, TABLE = range(5)  # of its parameters; then the force of each patch
+
+
+class DistributedLoad(EffectorNoun, heading="distributed_loads"):
+    """A load spread evenly over a group of lines or surfaces of a body, or over its mass.
+
+    Channels: force_x, force_y, force_z, the resultant in inertial axes.
+    """
+
+    body: str
+    """Body on which it acts: one with a mesh, a beam on admissible functions, or any body for force_per_mass."""
+    group: str = "all"
+    """Group of lines, surfaces, or faces of solids. Of a beam on admissible functions "all"."""
+    pressure: Annotated[float, Quantity("Pa")] | None = None
+    """Pressure that follows the surface. It pushes to the side of the normal by the order of the nodes, on faces of
+    solids inwards, or to `side`."""
+    side: Direction | None = None
+    """Direction in the body frame to which the pressure pushes, on surfaces whose normals have no common order."""
+    force_per_area: Annotated[Vector, Quantity("Pa", (3,))] | None = None
+    """Force per area."""
+    force_per_length: Annotated[Vector, Quantity("N/m", (3,))] | None = None
+    """Force per length of lines."""
+    force_per_mass: Annotated[Vector, Quantity("m/s^2", (3,))] | None = None
+    """Force per mass of the whole body, such as a weight."""
+    frame: Literal["body", "inertial", "local"] | None = None
+    """Axes of the force: those of the body, inertial ones, or those of each patch, which turn with it from the body's.
+    Default: "local" for a pressure, else "body"."""
+    level: Annotated[float | str, NumberOrSignal("")] = 1.0
+    """Factor on the load: a number, or the name of a signal, for a load that varies with time."""
+
+    label = "distributed load"
+    channels = {"force_x": "N", "force_y": "N", "force_z": "N"}
+    accounts = ("supplied",)
+    exerts = ("force",)
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> DistributedLoad:
+        exactly_one(self, KINDS)
+        if self.force_per_mass is not None and (self.frame == "local" or self.group != "all"):
+            refuse("found force_per_mass with a group or with frame = 'local'; it acts on the whole body")
+        if self.side is not None and self.pressure is None:
+            refuse("found side without pressure; it says to which side a pressure pushes")
+        return self
+
+    @property
+    def axes(self) -> str:
+        """Axes of the force: frame, or its default."""
+        return self.frame or ("body" if self.pressure is None else "local")
+
+    def spread(self) -> tuple[tuple[str, str], ...]:
+        """(body, group) of the patches that it needs."""
+        return () if self.force_per_mass is not None else ((self.body, self.group),)
+
+    def carrier(self, name: str, body: FlexibleBody) -> FlexibleBody:
+        """The body with a marker that moves as the mean over its mass, for a force per mass."""
+        if self.force_per_mass is None:
+            return body
+        first, n = body.moments.first / body.moments.mass, body.n_shapes
+        return replace(body, markers=body.markers | {MASS: Marker(first[0], first[1:].T, np.zeros((3, n)))})
+
+    def effector(self, name: str, context: Context = ALONE) -> Effector:
+        """The Effector of that name. Raises ValueError for a body without such a group, and for mixed normals."""
+        body = context.bodies.get(self.body)
+        if body is None:
+            raise ValueError(
+                f"found body {self.body!r}, which does not exist; {suggestion_text(self.body, context.bodies)}"
+            )
+        if isinstance(body, Segments):
+            raise ValueError(
+                f"body {self.body!r} is cut into segments, over which loads cannot be spread; give it without "
+                "segments, or give loads at its markers"
+            )
+        markers, forces = self._forces_at_markers(body)
+        is_signal = isinstance(self.level, str)
+        head = [float(self.axes != "inertial"), float(is_signal), 0.0 if is_signal else float(self.level), len(markers)]
+        return replace(
+            super().effector(name, context),
+            markers=tuple((self.body, marker) for marker in markers),
+            inputs=(str(self.level),) if is_signal else (),
+            parameters=np.concatenate([head, forces.ravel()]),
+        )
+
+    def parameters(self) -> Array:
+        """None but those of `effector`, which depend on the body."""
+        return np.zeros(0)
+
+    def _forces_at_markers(self, body: FlexibleBody) -> tuple[list[str], Array]:
+        """Markers of the body and the force at each (k, 3) [N] at level 1."""
+        if self.force_per_mass is not None:
+            return [MASS], body.moments.mass * np.array([self.force_per_mass])
+        if self.group not in body.patches:
+            known = f"; it has {sorted(body.patches)}" if body.patches else ""
+            raise ValueError(
+                f"body {self.body!r} has no patches of group {self.group!r}{known}. Loads are spread over bodies with "
+                "a mesh, and over beams on admissible functions (group = 'all'); give other bodies loads at their "
+                "markers"
+            )
+        patches = body.patches[self.group]
+        if (patches.dimension == 1) != (self.force_per_length is not None):
+            of, key = (
+                ("lines", "force_per_length") if patches.dimension == 1 else ("surfaces", "pressure or force_per_area")
+            )
+            raise ValueError(f"group {self.group!r} of body {self.body!r} consists of {of}; give {key}")
+        if self.pressure is not None:
+            forces = self.pressure * self._pushed_areas(patches.normal, patches.aligned)
+        else:
+            vector = self.force_per_area or self.force_per_length
+            forces = np.outer(patches.size, np.array(vector))
+        if self.axes == "local":
+            return [patch_marker(self.group, k) for k in range(len(forces))], forces
+        return [patch_marker(self.group)], forces.sum(axis=0)[None]
+
+    def _pushed_areas(self, areas: Array, aligned: bool) -> Array:
+        """Area vectors (k, 3) to the side to which a pressure pushes."""
+        if self.side is not None:
+            return areas * np.where(areas @ np.array(self.side) < 0.0, -1.0, 1.0)[:, None]
+        if not aligned:
+            raise ValueError(
+                f"the normals of group {self.group!r} of body {self.body!r} do not lie on one side: cells with a "
+                "common side have opposite orders of nodes. Give side, the direction to which the pressure pushes, or "
+                "turn the cells of the mesh"
+            )
+        return areas
+
+
+@DistributedLoad.kernel
+def distributed_load(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> None:
+    """Input: its level, where that is a signal."""
+    p = parameters
+    m = int(p[COUNT])
+    level, total, power = p[LEVEL], ZERO, 0.0
+    if p[TAKES_SIGNAL] > 0.0:
+        level = seen[18 * m]
+    for k in range(m):
+        force = scale(level, load3(p, TABLE + 3 * k))
+        if p[TURNS] > 0.0:
+            force = turn(load9(seen, 3 * m + 9 * k), force)
+        store3(out, 3 * k, force)
+        total, power = add(total, force), power + dot(force, load3(seen, 12 * m + 3 * k))
+    store3(out, 6 * m, total)
+    out[6 * m + 5] = power

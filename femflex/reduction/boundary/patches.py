@@ -1,0 +1,221 @@
+"""Patches of groups of a mesh: their sizes, normals, and mean motion by the shapes of a body."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from femflex.arrays import Array, BoolArray, IntArray
+from femflex.body import Marker, Patches
+from femflex.body.patches import clusters, patch_marker
+from femflex.fem.structure import Structure
+from femflex.mesh import Mesh
+from femflex.mesh.cells import CELL_TYPES, EDGES, FACES
+from femflex.mesh.quality import quadrature
+from femflex.mesh.regions import with_whole_groups
+
+MOST = 32  # patches of a group: a pressure that follows a plate bent by 10 % of its length is then right to 1e-3
+POINTS = 4  # Gauss points of a cell per direction: exact for cubics along its sides, times areas of bent cells
+
+
+def add_patches(
+    structure: Structure, phi: Array, groups: Sequence[str], sines: bool
+) -> tuple[dict[str, Patches], dict[str, Marker]]:
+    """Patches of each group, and their markers on shapes phi (n_dof, n).
+
+    sines: slopes of beams are sines, as with nonlinear strain. Raises ValueError for a group that does not exist, or
+    that has neither lines nor surfaces, and for nodes that belong to no member.
+    """
+    patches: dict[str, Patches] = {}
+    markers: dict[str, Marker] = {}
+    for group in groups:
+        patches[group], own = _patches_of_group(structure, phi, group, sines)
+        markers |= own
+    return patches, markers
+
+
+def mean_markers(
+    group: str, cells: CellMotion, dimension: int, aligned: bool = True, sines: bool = False
+) -> tuple[Patches, dict[str, Marker]]:
+    """The Patches of cells, and the markers of these and of the whole group."""
+    unit = cells.area / np.maximum(np.linalg.norm(cells.area, axis=1), np.finfo(float).tiny)[:, None]
+    parts = clusters(cells.position, unit, MOST)
+    markers = {}
+    for k, part in enumerate(parts):
+        weight = cells.size[part] / cells.size[part].sum()
+        position, phi, psi = (np.tensordot(weight, rows[part], 1) for rows in (cells.position, cells.phi, cells.psi))
+        tangent = weight @ unit[part]
+        axis = tangent / np.linalg.norm(tangent) if sines and tangent.any() else np.zeros(3)
+        markers[patch_marker(group, k)] = Marker(position, phi, psi, axis=axis)
+    share = cells.size / cells.size.sum()
+    whole_phi = np.tensordot(share, cells.phi, 1)
+    markers[patch_marker(group)] = Marker(share @ cells.position, whole_phi, np.zeros_like(whole_phi))
+    sizes = np.array([cells.size[part].sum() for part in parts])
+    areas = np.array([cells.area[part].sum(axis=0) for part in parts])
+    return Patches(dimension, sizes, areas if dimension == 2 else np.zeros_like(areas), aligned), markers
+
+
+@dataclass(frozen=True, eq=False)
+class CellMotion:
+    """Cells with their means: size (c,), position (c, 3), area as a vector or length along the tangent (c, 3), and
+    displacement and rotation phi, psi (c, 3, n) per shape."""
+
+    size: Array
+    position: Array
+    area: Array
+    phi: Array
+    psi: Array
+
+
+def _patches_of_group(structure: Structure, phi: Array, group: str, sines: bool) -> tuple[Patches, dict[str, Marker]]:
+    mesh = with_whole_groups(structure.mesh, [group])
+    cells = mesh.group_cells(group)
+    dimension = max((d for kind in cells if (d := CELL_TYPES[kind].dimension) in (1, 2)), default=0)
+    if not dimension:
+        raise ValueError(
+            f"group {group!r} has neither lines nor surfaces, over which a load could be spread; name a group of the "
+            "lines, surfaces or faces that carry it"
+        )
+    used = {kind: rows for kind, rows in cells.items() if CELL_TYPES[kind].dimension == dimension}
+    used = {kind: _inward(mesh, kind, rows) for kind, rows in used.items()} if dimension == 2 else used
+    motion = _NodeMotion.of(structure, phi)
+    parts = [_cell_motion(mesh, kind, rows, motion, group) for kind, rows in used.items()]
+    all_cells = CellMotion(
+        *(np.concatenate([getattr(part, key) for part in parts]) for key in CellMotion.__annotations__)
+    )
+    turning = dimension == 1 and sines and bool(motion.turns.any())
+    return mean_markers(group, all_cells, dimension, _aligned(used), turning)
+
+
+@dataclass(frozen=True, eq=False)
+class _NodeMotion:
+    """Displacements and rotations (n_points, 3, n) of nodes per shape, and whether each node has them (n_points,)."""
+
+    u: Array
+    theta: Array
+    moves: BoolArray
+    turns: BoolArray
+
+    @classmethod
+    def of(cls, structure: Structure, phi: Array) -> _NodeMotion:
+        n_points = len(structure.mesh.points)
+        operators = (structure.translation, structure.rotation)
+        u, theta = (np.asarray(rows @ phi).reshape(n_points, 3, -1) for rows in operators)
+        moves, turns = (np.diff(rows.indptr).reshape(n_points, 3).max(axis=1) > 0 for rows in operators)
+        return cls(u, theta, moves, turns)
+
+
+def _cell_motion(mesh: Mesh, kind: str, nodes: IntArray, motion: _NodeMotion, group: str) -> CellMotion:
+    """The means over cells of one kind.
+
+    Displacements between nodes are those of the cell's shape functions, and along sides whose ends have rotations the
+    cubics of a beam; rotations are those of nodes, or of the tangents where nodes have none. Middle nodes of plates,
+    which have no dofs, are left out.
+    """
+    cell = CELL_TYPES[kind]
+    if not motion.moves[nodes].all():
+        cell, nodes = CELL_TYPES[cell.corner], nodes[:, : cell.n_corners]
+    if not motion.moves[nodes].all():
+        raise ValueError(
+            f"{np.count_nonzero(~motion.moves[nodes].all(axis=1))} cells of group {group!r} have nodes that belong to "
+            "no member, so no load can be spread there; name a group of cells of members or of their faces"
+        )
+    at, weight = quadrature(cell.shape, POINTS)
+    N, dN = cell.interpolation(at), cell.gradients(at)
+    x, u = mesh.points[nodes], motion.u[nodes]
+    tangents = np.einsum("qid,cia->cqda", dN, x)
+    area = tangents[:, :, 0] if cell.dimension == 1 else np.cross(tangents[:, :, 0], tangents[:, :, 1])
+    dA = np.linalg.norm(area, axis=2) * weight
+    size = dA.sum(axis=1)
+    share = dA / size[:, None]
+    phi = np.einsum("cq,qi,cian->can", share, N, u)
+    turns = motion.turns[nodes].all(axis=1)
+    psi = np.einsum("cq,qi,cian->can", share, N, motion.theta[nodes])
+    if not turns.all():
+        psi[~turns] = _turns_of_tangents(tangents[~turns], dN, u[~turns], area[~turns], share[~turns])
+    if cell.order == 1:
+        for i, j in EDGES[cell.shape]:
+            bend = _side_bend(x[:, i], x[:, j], u[:, i], u[:, j], *(motion.theta[nodes[:, k]] for k in (i, j)))
+            bend *= (motion.turns[nodes[:, i]] & motion.turns[nodes[:, j]])[:, None, None, None]
+            if cell.dimension == 2:
+                normal = area.mean(axis=1) / np.linalg.norm(area.mean(axis=1), axis=1)[:, None]
+                bend = np.einsum("cakn,ca,cb->cbkn", bend, normal, normal)
+            phi += np.einsum("cq,kq,cakn->can", share, _side_functions(N, cell.shape, i, j), bend)
+    position = np.einsum("cq,qi,cia->ca", share, N, x)
+    return CellMotion(size, position, np.einsum("cqa,q->ca", area, weight), phi, psi)
+
+
+def _side_bend(xi: Array, xj: Array, ui: Array, uj: Array, ti: Array, tj: Array) -> Array:
+    """Slopes times length (c, 3, 2, n) at both ends of sides, from the straight line between their ends."""
+    side = xj - xi
+    along = side / np.linalg.norm(side, axis=1)[:, None]
+    chord = uj - ui
+    chord = chord - along[:, :, None] * np.einsum("ca,can->cn", along, chord)[:, None]
+    ends = [np.cross(t, side[:, :, None], axis=1) - chord for t in (ti, tj)]
+    return np.stack(ends, axis=2)
+
+
+def _side_functions(N: Array, shape: str, i: int, j: int) -> Array:
+    """Functions (2, q) whose slopes are one at either end of side i, j and zero at the other, of shape functions N.
+
+    Along the side, at s from 0 to 1, they are s (1 - s)^2 and -s^2 (1 - s); they vanish at the other sides.
+    """
+    a, b = N[:, i], N[:, j]
+    if shape == "quad":
+        across = a + b
+        a, b = (np.divide(f, across, out=np.zeros_like(f), where=across > 0.0) for f in (a, b))
+        return np.stack([a * a * b * across, -a * b * b * across])
+    return np.stack([a * a * b, -a * b * b])
+
+
+def _turns_of_tangents(tangents: Array, dN: Array, u: Array, area: Array, share: Array) -> Array:
+    """Mean rotation (c, 3, n) of the normal of surfaces, or of the tangent of lines, by displacements of the nodes."""
+    moved = np.einsum("qid,cian->cqdan", dN, u)
+    if tangents.shape[2] == 1:
+        change = moved[:, :, 0]
+    else:
+        t1, t2 = tangents[:, :, 0, :, None], tangents[:, :, 1, :, None]
+        change = np.cross(moved[:, :, 0], t2, axis=2) + np.cross(t1, moved[:, :, 1], axis=2)
+    square = np.sum(area * area, axis=2)[:, :, None, None]
+    turn = np.cross(area[:, :, :, None], change, axis=2) / square
+    return np.asarray(np.einsum("cq,cqan->can", share, turn))
+
+
+def _inward(mesh: Mesh, kind: str, nodes: IntArray) -> IntArray:
+    """The cells, those on faces of one solid ordered such that their normals point into it."""
+    corners = CELL_TYPES[kind].n_corners
+    keys = {tuple(row): k for k, row in enumerate(np.sort(nodes[:, :corners], axis=1).tolist())}
+    sides = np.zeros(len(nodes))
+    for solid, cells in mesh.cells.items():
+        if CELL_TYPES[solid].dimension != 3:
+            continue
+        for face in FACES[CELL_TYPES[solid].shape]:
+            if len(face) == corners:
+                for row, cell in _matches(keys, cells[:, face]):
+                    a, b, c = mesh.points[nodes[row, :3]]
+                    sides[row] += np.sign(np.cross(b - a, c - a) @ (mesh.points[cells[cell]].mean(axis=0) - a))
+    turned = nodes.copy()
+    turned[sides < 0] = nodes[sides < 0][:, CELL_TYPES[kind].mirrored]
+    return turned
+
+
+def _matches(keys: dict[tuple[int, ...], int], faces: IntArray) -> Iterator[tuple[int, int]]:
+    for k, row in enumerate(np.sort(faces, axis=1).tolist()):
+        if (own := keys.get(tuple(row))) is not None:
+            yield own, k
+
+
+def _aligned(cells: dict[str, IntArray]) -> bool:
+    """Whether no two surfaces pass through a common side in the same direction."""
+    directed = [
+        nodes[:, list(edge)]
+        for kind, nodes in cells.items()
+        for edge in EDGES[CELL_TYPES[kind].shape]
+        if CELL_TYPES[kind].dimension == 2
+    ]
+    if not directed:
+        return True
+    sides = np.concatenate(directed)
+    return len(np.unique(sides, axis=0)) == len(sides)
