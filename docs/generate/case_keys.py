@@ -36,6 +36,13 @@ PARENTS = {
     "tanks": "[tanks.NAME]",
     "separations": "[separations.NAME]",
     "distributed_loads": "[distributed_loads.NAME]",
+    "surroundings": "[surroundings.NAME]",
+    "surfaces": "[surfaces.NAME]",
+    "solar_pressure": "[solar_pressure.NAME]",
+    "air_drag": "[air_drag.NAME]",
+    "torque_rods": "[torque_rods.NAME]",
+    "dipoles": "[dipoles.NAME]",
+    "eddy_currents": "[eddy_currents.NAME]",
     "expect": "[expect] and [expect.NAME]",
 }
 SKIPPED = {"loops"}  # written like joints

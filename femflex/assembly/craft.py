@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from femflex.assembly.orbits import build_orbit
 from femflex.assembly.signals import signal_problems
 from femflex.case.case import Case
 from femflex.noun.problems import CaseError, Problem
@@ -44,7 +45,9 @@ def build_craft(case: Case, parts: Mapping[str, Part]) -> Craft:
             problems.append(Problem(headings.get(name, name), str(error.args[0])))
             return None
 
-    built, bodies = acting_on(parts, nouns, Context(nouns, case.path.parent, parts), attempt)
+    environment = case.environment
+    context = Context(nouns, case.path.parent, parts, build_orbit(case.orbit), environment.epoch, case.orbit.radius)
+    built, bodies = acting_on(parts, nouns, context, attempt)
     problems += [] if problems else signal_problems(case, built)
     tanks = {name: noun for name, noun in nouns.items() if getattr(noun, "body", "") in bodies}
     varying = (attempt("tanks", variations_of, bodies, tanks) or {}) if not problems else {}

@@ -9,7 +9,7 @@ from femflex.noun.problems import Problem, suggestion_text
 from femflex.system import Controller, Effector
 from femflex.system.effector import ACCOUNTS
 
-KEYS = ("command", "rates", "angles", "slew_angle", "signal", "inputs", "error", "rate", "momentum")
+KEYS = ("command", "level", "rates", "angles", "slew_angle", "signal", "inputs", "error", "rate", "momentum")
 REPORTED = ("effort", "power", *ACCOUNTS)  # of every effector, for sampled controllers and sensors
 
 
@@ -54,7 +54,8 @@ def requested_signals(case: Case) -> Iterator[tuple[str, str]]:
                 value = getattr(table, key, None)
                 for name in value if isinstance(value, list | tuple) else [value]:
                     if isinstance(name, str) and not (kind == "controllers" and name in sources):
-                        yield f"{kind}.{label}.{key}", name
+                        is_vector = getattr(table, "kind", "") == "vector"
+                        yield f"{kind}.{label}.{key}", f"{name}.x" if is_vector else name
     for k, joint in enumerate(case.joints):
         if joint.release_at is not None:
             yield f"joints[{joint.name or joint.child or k}].release_at.signal", joint.release_at.signal

@@ -50,6 +50,7 @@ def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
                 case.environment.attraction,
                 case.environment.oblateness,
                 case.orbit.radius,
+                case.environment.epoch,
             ),
             effectors=craft.effectors,
             varying=craft.varying,

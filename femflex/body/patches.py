@@ -15,8 +15,9 @@ class Patches:
 
     dimension  1: lines, 2: surfaces
     size       (k,)    length [m] or area [m^2] of each
-    normal     (k, 3)  area as a vector [m^2], that of a curved patch shorter than `size`; of lines zero, body frame
+    normal     (k, 3)  area as a vector [m^2], or length along the tangent [m], body frame; shorter of a curved patch
     aligned    whether the normals of cells with a common side lie on one side of the surface
+    solid      whether they are faces of solids, whose normals point outwards
 
     The marker of patch k of a group is `patch_marker(group, k)`, and that of the whole group, which moves as its mean
     and turns as the body frame, `patch_marker(group)`. Markers whose names begin with "." are not reported.
@@ -26,6 +27,7 @@ class Patches:
     size: Array
     normal: Array
     aligned: bool = True
+    solid: bool = False
 
 
 def patch_marker(group: str, k: int | None = None) -> str:

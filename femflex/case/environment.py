@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
+from femflex.noun.epoch import EpochValue
 from femflex.noun.table import Table
 from femflex.noun.values import Plain, Quantity, ValueProblem, Vector, _Readable
 
@@ -45,3 +46,6 @@ class EnvironmentTable(Table):
     oblateness: Plain = 0.0
     """J2 of the central body, 1.08262668e-3 for the Earth; its pole is the inertial Z axis, its radius that of
     [orbit]."""
+    epoch: Annotated[float, EpochValue()] | None = None
+    """Date and time at t = 0, UTC, on which the surroundings depend: sun, magnetic field, rotation of the Earth. The
+    inertial axes are then those of the mean equator and equinox of this date."""

@@ -9,6 +9,7 @@ import typer
 from femflex import __version__
 from femflex.cli import (
     body,
+    budget,
     campbell,
     check,
     converge,
@@ -62,6 +63,7 @@ for _verb in (
     plot.plot,
     stress.stress,
     terms.terms,
+    budget.budget,
     converge.converge,
     equilibrium.equilibrium,
     campbell.campbell,

@@ -35,30 +35,44 @@ from femflex.effectors.controllers import (
 )
 from femflex.effectors.distributed_load import DistributedLoad
 from femflex.effectors.gyro import Gyro
+from femflex.effectors.magnetic import EddyCurrents, MagneticDipole, TorqueRod
 from femflex.effectors.noun import EffectorNoun, MarkerPair, Mounted
 from femflex.effectors.sensor import Sampling, Sensor, strain_sensor
 from femflex.effectors.separation import Separation
 from femflex.effectors.signal import Signal
+from femflex.effectors.surfaces.air_drag import AirDrag
+from femflex.effectors.surfaces.materials import Optical
+from femflex.effectors.surfaces.solar_pressure import SolarPressure
+from femflex.effectors.surfaces.surface import Surface
+from femflex.effectors.surroundings.atmosphere import Atmosphere
+from femflex.effectors.surroundings.magnetic_field import MagneticField
+from femflex.effectors.surroundings.sun import Sun
 from femflex.effectors.tank import Tank
 from femflex.effectors.thruster import LevelTable, PulseTrain, Thruster
 from femflex.effectors.wheel import Wheel, unbalanced_rotor
 
 __all__ = [
+    "AirDrag",
     "Allocation",
+    "Atmosphere",
     "AttitudeFeedback",
     "Cable",
     "DistributedLoad",
+    "EddyCurrents",
     "EffectorNoun",
     "Gain",
     "Gyro",
     "LevelTable",
     "LinearSystem",
     "LowPass",
+    "MagneticDipole",
+    "MagneticField",
     "MarkerPair",
     "MomentumManagement",
     "Mounted",
     "Notch",
     "Observer",
+    "Optical",
     "Pd",
     "Pid",
     "PulseTrain",
@@ -67,9 +81,13 @@ __all__ = [
     "Sensor",
     "Separation",
     "Signal",
+    "SolarPressure",
     "StateSpace",
+    "Sun",
+    "Surface",
     "Tank",
     "Thruster",
+    "TorqueRod",
     "Wheel",
     "allocation",
     "attitude_feedback",

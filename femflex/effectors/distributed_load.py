@@ -18,7 +18,7 @@ import numpy as np
 from pydantic import model_validator
 
 from femflex.arrays import Array
-from femflex.body import FlexibleBody, Marker
+from femflex.body import FlexibleBody, Marker, Patches
 from femflex.body.patches import patch_marker
 from femflex.effectors.noun import EffectorNoun, NumberOrSignal
 from femflex.kernels.vectors import ZERO, add, dot, load3, load9, scale, store3, turn
@@ -135,7 +135,7 @@ class DistributedLoad(EffectorNoun, heading="distributed_loads"):
             )
             raise ValueError(f"group {self.group!r} of body {self.body!r} consists of {of}; give {key}")
         if self.pressure is not None:
-            forces = self.pressure * self._pushed_areas(patches.normal, patches.aligned)
+            forces = self.pressure * self._pushed_areas(patches)
         else:
             vector = self.force_per_area or self.force_per_length
             forces = np.outer(patches.size, np.array(vector))
@@ -143,11 +143,12 @@ class DistributedLoad(EffectorNoun, heading="distributed_loads"):
             return [patch_marker(self.group, k) for k in range(len(forces))], forces
         return [patch_marker(self.group)], forces.sum(axis=0)[None]
 
-    def _pushed_areas(self, areas: Array, aligned: bool) -> Array:
+    def _pushed_areas(self, patches: Patches) -> Array:
         """Area vectors (k, 3) to the side to which a pressure pushes."""
+        areas = -patches.normal if patches.solid else patches.normal
         if self.side is not None:
             return areas * np.where(areas @ np.array(self.side) < 0.0, -1.0, 1.0)[:, None]
-        if not aligned:
+        if not patches.aligned:
             raise ValueError(
                 f"the normals of group {self.group!r} of body {self.body!r} do not lie on one side: cells with a "
                 "common side have opposite orders of nodes. Give side, the direction to which the pressure pushes, or "

@@ -27,7 +27,7 @@ from femflex.kernels.vectors import (
 
 # parameters, as femflex.effectors.sensor lays them: kind, number of markers, bias (3), then own numbers
 KIND, MARKERS, BIAS, OWN = 0, 1, 2, 5
-ATTITUDE, RATE, DISPLACEMENT, VELOCITY, ACCELERATION, POINTING, JOINT, VALUE = 0, 1, 2, 3, 4, 5, 6, 7
+ATTITUDE, RATE, DISPLACEMENT, VELOCITY, ACCELERATION, POINTING, JOINT, VALUE, VECTOR = 0, 1, 2, 3, 4, 5, 6, 7, 9
 
 
 @inner
@@ -70,6 +70,7 @@ def measure(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> N
     pointing       angle between an axis of the first marker and an inertial direction, or towards the second marker
     joint          coordinate and rate of a slide or turn
     value          an input
+    vector         three inputs, inertial components, in marker axes
     """
     p = parameters
     kind, m = int(p[KIND]), int(p[MARKERS])
@@ -94,6 +95,8 @@ def measure(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> N
         store3(out, first, add(bias, attitude_error(product(transpose(reference), C))))
     elif kind == RATE:
         store3(out, first, add(bias, turn_back(C, load3(seen, 15 * m))))
+    elif kind == VECTOR:
+        store3(out, first, add(bias, turn_back(C, load3(seen, 18 * m))))
     elif kind == DISPLACEMENT or kind == VELOCITY:
         r, v = load3(seen, 0), load3(seen, 12 * m)
         if m == 2:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from importlib import import_module
-from pkgutil import iter_modules
+from pkgutil import walk_packages
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -30,6 +30,6 @@ def forget(heading: str) -> None:
 def nouns() -> Mapping[str, tuple[type[EffectorNoun], ...]]:
     """Heading -> nouns of every effector that a case may name: those of femflex, and those defined elsewhere."""
     package = import_module("femflex.effectors")
-    for module in iter_modules(package.__path__):
-        import_module(f"{package.__name__}.{module.name}")
+    for module in walk_packages(package.__path__, f"{package.__name__}."):
+        import_module(module.name)
     return {heading: tuple(kinds.values()) for heading, kinds in _NOUNS.items()}

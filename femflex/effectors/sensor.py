@@ -35,7 +35,9 @@ from femflex.system.effector import Effector
 from femflex.system.evaluation import CHANNEL_FOLDER
 from femflex.system.segments import Part
 
-Kind = Literal["attitude", "rate", "displacement", "velocity", "acceleration", "pointing", "joint", "value", "strain"]
+Kind = Literal[
+    "attitude", "rate", "displacement", "velocity", "acceleration", "pointing", "joint", "value", "strain", "vector"
+]  # fmt: skip
 KINDS = get_args(Kind)  # in the order in which femflex.effectors.measure numbers them
 
 MAX_WAITING = 10_000  # samples on their way: each sample moves them all, in memory and in the result file
@@ -54,7 +56,13 @@ class Sampling:
     seed: int = 0
 
 
-REQUIRED_KEY = {"joint": "coordinate", "value": "signal", "acceleration": "bandwidth", "strain": "component"}
+REQUIRED_KEY = {
+    "joint": "coordinate",
+    "value": "signal",
+    "vector": "signal",
+    "acceleration": "bandwidth",
+    "strain": "component",
+}
 KINDS_WITH_KEY = {  # keys that belong to single kinds
     "reference": ("attitude",),
     "slew_axis": ("attitude",),
@@ -64,7 +72,7 @@ KINDS_WITH_KEY = {  # keys that belong to single kinds
     "axis": ("pointing",),
     "aim": ("pointing",),
     "coordinate": ("joint",),
-    "signal": ("value",),
+    "signal": ("value", "vector"),
     "point": ("strain",),
     "component": ("strain",),
     "other_body": ("attitude", "displacement", "velocity", "pointing"),
@@ -74,14 +82,15 @@ KINDS_WITH_KEY = {  # keys that belong to single kinds
 class Sensor(EffectorNoun, heading="sensors"):
     """A sensor: exact and continuous without a period, else sampled, late, biased, noisy and stepped as given.
 
-    Its outputs are the signals x, y, z of attitude, rate, displacement, velocity and acceleration; angle of pointing;
-    coordinate and rate of joint; value of value; strain of strain.
+    Its outputs are the signals x, y, z of attitude, rate, displacement, velocity, acceleration and vector; angle of
+    pointing; coordinate and rate of joint; value of value; strain of strain.
     """
 
     kind: Kind
     """Measured quantity. attitude: error against the reference, the rotation vector where it is small. rate: inertial
     rate. displacement and velocity: from another marker. acceleration: behind a lag. pointing: angle of an axis to a
-    direction. joint: coordinate and rate. value: a signal. strain: of a gauge."""
+    direction. joint: coordinate and rate. value: a signal. strain: of a gauge. vector: of a surrounding, in the axes of
+    the marker: a magnetometer measures the field, a sun sensor the direction to the sun."""
     body: str | None = None
     """Body that carries the sensor."""
     marker: str = "origin"
@@ -107,7 +116,7 @@ class Sensor(EffectorNoun, heading="sensors"):
     coordinate: str | None = None
     """Slide or turn of a joint, such as "hinge.angle"."""
     signal: str | None = None
-    """Signal to measure, such as "wheel.speed"."""
+    """Signal to measure, such as "wheel.speed"; of a vector the name of a surrounding, such as "field"."""
     point: Position = (0.0, 0.0, 0.0)
     """Point of a strain gauge in the body frame. Beams: interpolated along the axis. Others: nearest strain point."""
     component: str | None = None
@@ -154,8 +163,8 @@ class Sensor(EffectorNoun, heading="sensors"):
     @property
     def outputs(self) -> dict[str, str]:
         """Name -> unit of its measurements."""
-        if self.kind in UNITS:
-            return dict.fromkeys(XYZ, UNITS[self.kind])
+        if self.kind in UNITS or self.kind == "vector":
+            return dict.fromkeys(XYZ, UNITS.get(self.kind, "1"))
         if self.kind == "joint":
             return {"coordinate": "rad, m", "rate": "rad/s, m/s"}
         if self.kind == "strain":
@@ -192,6 +201,8 @@ class Sensor(EffectorNoun, heading="sensors"):
         markers = self.markers()
         inputs: tuple[str, ...] = (self.signal,) if self.kind == "value" and self.signal else ()
         numbers = np.zeros(0)
+        if self.kind == "vector":
+            inputs = tuple(f"{self.signal}.{axis}" for axis in XYZ)
         if self.kind == "attitude":
             axis = np.zeros(3) if self.slew_axis is None else unit_direction(name, "axis", self.slew_axis)
             reference = np.eye(3) if self.reference is None else np.array(self.reference)

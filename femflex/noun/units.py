@@ -48,6 +48,10 @@ NOUNS = {
     "N m s/rad": "rotational damping",
     "N m s": "angular momentum",
     "Pa": "pressure or elastic modulus",
+    "K": "temperature",
+    "kg/mol": "molar mass",
+    "A m^2": "magnetic moment",
+    "N m s/(rad T^2)": "eddy current coefficient",
     "m^3/s^2": "gravitational parameter",
     "kg^0.5 m": "modal amplitude",
     "kg^0.5 m/s": "modal rate",
@@ -162,6 +166,7 @@ pascal = newton / meter ** 2 = Pa
 joule = newton * meter = J
 watt = joule / second = W
 hertz = 1 / second = Hz
+kelvin = [temperature] = K
 turn = 2 * π * radian = _ = rev = revolution
 revolutions_per_minute = turn / minute = rpm
 """
@@ -189,7 +194,10 @@ def _unit_in_base(unit: str) -> Any:
 
     with contextlib.suppress(pint.UndefinedUnitError):
         return _registry(False).Quantity(1.0, _registry(False).parse_units(unit)).to_base_units()
-    return _registry(True).Quantity(1.0, _registry(True).parse_units(unit)).to_base_units()
+    units = _registry(True)
+    if units.Quantity(0.0, units.parse_units(unit)).to_base_units().magnitude:
+        raise UnitError(f"unit {unit!r} counts from another zero; give an absolute temperature, such as '293.15 K'")
+    return units.Quantity(1.0, units.parse_units(unit)).to_base_units()
 
 
 @cache
@@ -208,6 +216,8 @@ def _scale(unit: str) -> tuple[float, tuple[tuple[str, float], ...]]:
         matches = difflib.get_close_matches(name, [*COMMON_UNITS, *LONG_NAMES], n=1, cutoff=0.6)
         hint = f"; did you mean {matches[0]!r}?" if matches else "; common units are " + ", ".join(COMMON_UNITS)
         raise UnitError(f"unit {name!r} in {unit!r} is not known{hint}") from None
+    except UnitError:
+        raise
     except Exception:  # pint has no common base for what its parser raises
         raise UnitError(f"unit {unit!r} cannot be read; write it like 'N m^2', 'kg/m' or 'deg/s'") from None
     items: Any = quantity.unit_items()

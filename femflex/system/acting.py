@@ -10,17 +10,24 @@ from typing import Any, NamedTuple
 from femflex.body import FlexibleBody
 from femflex.system.controller import Controller
 from femflex.system.effector import Effector
+from femflex.system.orbit import EARTH_RADIUS, Orbit
 from femflex.system.segments import Part, body_of_part, with_body_of_part
 from femflex.system.system import System
 from femflex.system.variation import Variation
 
 
 class Context(NamedTuple):
-    """References of a noun: the other nouns, the bodies, and the folder of the case, for files that it names."""
+    """References of a noun: the other nouns, the bodies, the folder for files that it names, and the environment.
+
+    epoch, radius: those of the Environment, days since J2000 at t = 0 or None, and [m]
+    """
 
     nouns: Mapping[str, Any] = {}
     folder: Path = Path()
     bodies: Mapping[str, Part] = {}
+    orbit: Orbit | None = None
+    epoch: float | None = None
+    radius: float = EARTH_RADIUS
 
 
 ALONE = Context()
@@ -77,7 +84,9 @@ def with_effectors(system: System, nouns: Mapping[str, Any], folder: Path = Path
     folder  that contains files which nouns name
     Raises ValueError for values that do not fit together, and for names, bodies and markers that do not exist.
     """
-    effectors, bodies = acting_on(system.bodies, nouns, Context(nouns, folder, system.bodies))
+    environment = system.environment
+    context = Context(nouns, folder, system.bodies, system.orbit, environment.epoch, environment.radius)
+    effectors, bodies = acting_on(system.bodies, nouns, context)
     varying = variations_of(bodies, nouns) | system.varying
     whole = {name: body for name, body in bodies.items() if isinstance(body, FlexibleBody)}
     return replace(system, effectors=(*system.effectors, *effectors), bodies=whole, varying=varying)

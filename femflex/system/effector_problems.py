@@ -19,9 +19,12 @@ MAX_LISTED = 20  # known names in a sentence
 
 
 def effector_problems(
-    effectors: Sequence[Effector | Controller], bodies: dict[str, FlexibleBody], joints: Sequence[Joint]
+    effectors: Sequence[Effector | Controller],
+    bodies: dict[str, FlexibleBody],
+    joints: Sequence[Joint],
+    built_in: Sequence[str] = (),
 ) -> list[str]:
-    """Return sentences on names that nothing in the system has."""
+    """Return sentences on names that nothing in the system has. built_in: signals in addition to those of effectors."""
     names = [effector.name for effector in effectors]
     out = [
         f"{names.count(n)} effectors have the name {n!r}; give each a name of its own"
@@ -32,7 +35,7 @@ def effector_problems(
     states = [name for effector in effectors for name, _ in effector.state_names()]
     # memory and times of sampled controllers are no signals to choose from
     listed = [f"{e.name}.{s}" for e in effectors for s in (e.states if isinstance(e, Effector) else e.commands)]
-    signals = [*listed, *(f"{e.name}.{c}" for e in effectors if isinstance(e, Effector) for c in e.channels)]
+    signals = [*built_in, *listed, *(f"{e.name}.{c}" for e in effectors if isinstance(e, Effector) for c in e.channels)]
     for effector in effectors:
         if not isinstance(effector, Effector):
             continue

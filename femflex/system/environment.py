@@ -23,12 +23,14 @@ class Environment:
                  of mass; "auto", exact for craft beyond a size over the orbit's radius (`femflex.system.attraction`)
     oblateness   J2 of the central body, whose pole is the inertial Z axis; 0: none
     radius       its equatorial radius, which J2 is defined with [m]
+    epoch        date of t = 0, days since J2000 (2000-01-01, 12:00 UTC), on which sun, field and sidereal time depend
     """
 
     gravity: Array = field(default_factory=lambda: np.zeros(3))
     attraction: str = "auto"
     oblateness: float = 0.0
     radius: float = EARTH_RADIUS
+    epoch: float | None = None
 
     def __post_init__(self) -> None:
         value = np.asarray(self.gravity, float)

@@ -16,6 +16,7 @@ from femflex.rotations import dcm_from_angles
 MU_EARTH = 3.986004418e14  # m^3/s^2
 EARTH_RADIUS = 6378137.0  # m, equatorial, over which altitudes are counted
 
+ORBIT_SIGNALS = tuple(f"orbit.{what}_{axis}" for what in ("position", "velocity") for axis in "xyz")  # of O, inertial
 FRAMES = ("inertial", "orbital", "spinning")
 
 

@@ -148,9 +148,9 @@ def test_pressure_on_all_faces_of_a_solid_has_no_resultant():
     body = reduce_structure(structure, cantilever_modes(structure, ["left"], 3), patches=["hull", "top"])
     hull, top = body.patches["hull"], body.patches["top"]
     np.testing.assert_allclose(hull.normal.sum(axis=0), 0.0, atol=1e-12)
-    np.testing.assert_allclose(top.normal.sum(axis=0), [0, 0, -L * B], atol=1e-12)
+    np.testing.assert_allclose(top.normal.sum(axis=0), [0, 0, L * B], atol=1e-12)
     assert hull.size.sum() == pytest.approx(2 * (L * B + L * H + B * H))
-    volume = sum(body.markers[f".hull.{k}"].position @ -normal for k, normal in enumerate(hull.normal)) / 3
+    volume = sum(body.markers[f".hull.{k}"].position @ normal for k, normal in enumerate(hull.normal)) / 3
     assert volume == pytest.approx(L * B * H, rel=1e-9)
 
 

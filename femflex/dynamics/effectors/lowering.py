@@ -13,14 +13,16 @@ from femflex.dynamics.effectors.records import EFFECTOR, HANDLE, N_EFFECTOR, POR
 from femflex.dynamics.lowering.pool import Pool, Scratch, add_marker
 from femflex.kernels.lanes import padded
 from femflex.system import Effector, System
+from femflex.system.orbit import ORBIT_SIGNALS
 
 Records = NDArray[np.void]
+PLACE = 13  # of the place of O, then its velocity, in the state of the orbit
 
 
 def lowered(
-    effectors: list[Effector], system: System, bodies: Records, z: int, pool: Pool, scratch: Scratch, first: int
+    effectors: list[Effector], system: System, bodies: Records, head: np.void, pool: Pool, scratch: Scratch, first: int
 ) -> Table:
-    """Return the records of effectors, in that order, for the table from `at` on; z: of its header."""
+    """Return the records of effectors, in that order, for the table from `first` on."""
     records, parts_after = np.zeros(len(effectors), EFFECTOR), []
     position = first + N_EFFECTOR * len(effectors)
     names = [name for name, _ in system.state_names()]
@@ -28,7 +30,10 @@ def lowered(
         lower_effector(record, effector, names, pool, scratch)
     ports = [lowered_markers(effector, system, pool, scratch) for effector in effectors]
     share_storage(effectors, records, ports, scratch)
-    offsets = signal_offsets(effectors, records, names, z)
+    offsets = signal_offsets(effectors, records, names, int(head["z"]))
+    if system.orbit is not None:
+        place = int(head["orbit_state"]) + PLACE - int(head["z"])
+        offsets |= {name: place + k for k, name in enumerate(ORBIT_SIGNALS)}
     for record, effector, port in zip(records, effectors, ports, strict=True):
         parts = {
             "markers": port,

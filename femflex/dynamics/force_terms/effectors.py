@@ -109,7 +109,7 @@ class Effectors(ForceTerm):
     def lower(self, system: System, head: Record, bodies: Records, pool: Pool, scratch: Scratch, at: int) -> Table:
         effectors = acting_effectors(system)
         head["relaxes"] = int(any(effector.states for effector in effectors))
-        return lowered(effectors, system, bodies, int(head["z"]), pool, scratch, at)
+        return lowered(effectors, system, bodies, head, pool, scratch, at)
 
     def channels(self, system: System) -> dict[str, Channel]:
         return {

@@ -37,7 +37,7 @@ def add_patches(
 
 
 def mean_markers(
-    group: str, cells: CellMotion, dimension: int, aligned: bool = True, sines: bool = False
+    group: str, cells: CellMotion, dimension: int, aligned: bool = True, solid: bool = False, sines: bool = False
 ) -> tuple[Patches, dict[str, Marker]]:
     """The Patches of cells, and the markers of these and of the whole group."""
     unit = cells.area / np.maximum(np.linalg.norm(cells.area, axis=1), np.finfo(float).tiny)[:, None]
@@ -54,7 +54,7 @@ def mean_markers(
     markers[patch_marker(group)] = Marker(share @ cells.position, whole_phi, np.zeros_like(whole_phi))
     sizes = np.array([cells.size[part].sum() for part in parts])
     areas = np.array([cells.area[part].sum(axis=0) for part in parts])
-    return Patches(dimension, sizes, areas if dimension == 2 else np.zeros_like(areas), aligned), markers
+    return Patches(dimension, sizes, areas, aligned, solid), markers
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,14 +79,18 @@ def _patches_of_group(structure: Structure, phi: Array, group: str, sines: bool)
             "lines, surfaces or faces that carry it"
         )
     used = {kind: rows for kind, rows in cells.items() if CELL_TYPES[kind].dimension == dimension}
-    used = {kind: _inward(mesh, kind, rows) for kind, rows in used.items()} if dimension == 2 else used
+    solid = False
+    if dimension == 2:
+        oriented = {kind: _outward(mesh, kind, rows) for kind, rows in used.items()}
+        used = {kind: rows for kind, (rows, _) in oriented.items()}
+        solid = all(are_faces for _, are_faces in oriented.values())
     motion = _NodeMotion.of(structure, phi)
     parts = [_cell_motion(mesh, kind, rows, motion, group) for kind, rows in used.items()]
     all_cells = CellMotion(
         *(np.concatenate([getattr(part, key) for part in parts]) for key in CellMotion.__annotations__)
     )
     turning = dimension == 1 and sines and bool(motion.turns.any())
-    return mean_markers(group, all_cells, dimension, _aligned(used), turning)
+    return mean_markers(group, all_cells, dimension, _aligned(used), solid, turning)
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,8 +187,8 @@ def _turns_of_tangents(tangents: Array, dN: Array, u: Array, area: Array, share:
     return np.asarray(np.einsum("cq,cqan->can", share, turn))
 
 
-def _inward(mesh: Mesh, kind: str, nodes: IntArray) -> IntArray:
-    """The cells, those on faces of one solid ordered such that their normals point into it."""
+def _outward(mesh: Mesh, kind: str, nodes: IntArray) -> tuple[IntArray, bool]:
+    """The cells, those on faces of one solid ordered such that their normals point out of it, and whether all are."""
     corners = CELL_TYPES[kind].n_corners
     keys = {tuple(row): k for k, row in enumerate(np.sort(nodes[:, :corners], axis=1).tolist())}
     sides = np.zeros(len(nodes))
@@ -195,10 +199,10 @@ def _inward(mesh: Mesh, kind: str, nodes: IntArray) -> IntArray:
             if len(face) == corners:
                 for row, cell in _matches(keys, cells[:, face]):
                     a, b, c = mesh.points[nodes[row, :3]]
-                    sides[row] += np.sign(np.cross(b - a, c - a) @ (mesh.points[cells[cell]].mean(axis=0) - a))
+                    sides[row] += np.sign(np.cross(b - a, c - a) @ (a - mesh.points[cells[cell]].mean(axis=0)))
     turned = nodes.copy()
     turned[sides < 0] = nodes[sides < 0][:, CELL_TYPES[kind].mirrored]
-    return turned
+    return turned, bool((sides != 0).all())
 
 
 def _matches(keys: dict[tuple[int, ...], int], faces: IntArray) -> Iterator[tuple[int, int]]:

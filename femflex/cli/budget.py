@@ -1,0 +1,129 @@
+"""`femflex budget`: torques, momentum and forces on a craft by source."""
+
+from __future__ import annotations
+
+import tempfile
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from femflex.cli.progress import Bar, Patience
+from femflex.cli.run import print_compile_notice
+from femflex.cli.verb import verb
+
+if TYPE_CHECKING:
+    from femflex.results import Run
+    from femflex.studies.torque_budget import TorqueBudget
+
+
+@verb("femflex budget cases/geostationary_momentum.toml -o budget.png")
+def budget(
+    file: Annotated[Path, typer.Argument(help="Case file, which is run, or result file of a run.", show_default=False)],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="PNG or SVG picture: torques and momentum over time.")
+    ] = None,
+    case: Annotated[
+        Path | None,
+        typer.Option("--case", help="Where the case file of a run is now, if it has moved."),
+    ] = None,
+    theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
+    json: Annotated[bool, typer.Option("--json", help="Print the budget as JSON.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing picture.")] = False,
+) -> None:
+    """Print the torque budget of a craft: gravity gradient, sunlight, air, field, loads and thrusters, and their sum.
+
+    For each source: the mean torque over whole orbits in the axes of the root body, about the craft's centre of mass,
+    the largest torque, the momentum that stays from orbit to orbit and the part that a wheel must store, the force,
+    and what the deformation of the craft changes.
+    """
+    from femflex.pipeline import rebuilt
+    from femflex.studies.torque_budget import torque_budget
+    from femflex.writing import check_destination
+
+    if output is not None:
+        check_destination(output, force)
+    with ExitStack() as stack:
+        run = stack.enter_context(_run_of(file, stack))
+        with Patience("building the model again from the case text") as say:
+            model = rebuilt(run, case)
+            say("evaluating the terms")
+            body = f"bodies/{model.system.root}"
+            needed = [f"{body}/attitude", f"{body}/position", "monitors/center_of_mass"]
+            needed += [path for path in run if path.startswith("effectors/") and path.endswith("/force")]
+            result = torque_budget(model, run.time, run.states(), {path: run[path] for path in needed})
+        if json:
+            print_budget_json(result)
+        else:
+            print_budget(result)
+        if output is not None:
+            from femflex.view.budget import plot_budget
+
+            torques = {source.name: source.torque for source in result.sources}
+            plot_budget(run, result.time, torques, result.sources[-1].momentum, output, theme, force=force)
+            if not json:
+                print(f"picture     {output}")
+
+
+def _run_of(file: Path, stack: ExitStack) -> Run:
+    """The run of a result file, or that of a case, which is made in a folder for the time being."""
+    from femflex import pipeline
+    from femflex.results import open_run
+
+    if file.suffix != ".toml":
+        return open_run(file)
+    folder = stack.enter_context(tempfile.TemporaryDirectory())
+    path = Path(folder) / "budget.h5"
+    with Patience("building bodies and reading the compiled equations of motion"):
+        print_compile_notice()
+        prepared = pipeline.prepare(file, path)
+    with Bar("run", float(prepared.times[-1])) as bar:
+        pipeline.integrate(prepared, path, progress=bar)
+    return open_run(path)
+
+
+def print_budget(result: TorqueBudget) -> None:
+    """Print the table of a budget."""
+    import numpy as np
+
+    from femflex.cli.tables import print_table
+
+    covered = f"{result.orbits:g} orbit{'s' if result.orbits != 1 else ''}"
+    if not result.whole:
+        covered += ", less than one: means and momentum are those of this part"
+    print(f"budget      {result.time[0]:g} to {result.time[-1]:g} s, {covered}; about the centre of mass, body axes")
+    heads: list[str] = ["source", "mean x, N m", "mean y, N m", "mean z, N m", "largest, N m"]
+    heads += ["secular per orbit, N m s", "cyclic, N m s", "mean force, N", "by deformation, N m"]
+    rows = [
+        (
+            source.name,
+            *(f"{value:.3e}" for value in source.mean),
+            f"{source.largest:.3e}",
+            f"{np.linalg.norm(result.secular(source)):.3e}",
+            f"{result.cyclic(source):.3e}",
+            f"{source.mean_force:.3e}",
+            f"{source.deformation:.3e}",
+        )
+        for source in result.sources
+    ]
+    print_table(heads, rows)
+
+
+def print_budget_json(result: TorqueBudget) -> None:
+    """Print a budget as JSON, in SI."""
+    from json import dumps
+
+    sources: dict[str, dict[str, Any]] = {
+        source.name: {
+            "mean_torque": source.mean.tolist(),
+            "largest_torque": source.largest,
+            "secular_momentum_per_orbit": result.secular(source).tolist(),
+            "cyclic_momentum": result.cyclic(source),
+            "mean_force": source.mean_force,
+            "torque_by_deformation": source.deformation,
+        }
+        for source in result.sources
+    }
+    span = {"start": float(result.time[0]), "end": float(result.time[-1]), "orbits": result.orbits}
+    print(dumps({**span, "whole_orbits": result.whole, "sources": sources}, indent=2))

@@ -1,0 +1,130 @@
+"""Free-molecular pressure and shear of the air on surfaces (THEORY section 8; Schaaf and Chambre; Sentman).
+
+V is the velocity of the air relative to the facet, whose own rate counts, so that it damps. With theta between V and
+the inward normal of a side, speed ratio s = V / sqrt(2 R T), s_n = s cos theta, and accommodation sigma_n, sigma_t,
+pressure and shear over rho V^2 / 2 are
+
+    p   = [ ((2 - sigma_n) s_n / sqrt(pi) + sigma_n/2 sqrt(T_w/T)) exp(-s_n^2)
+            + ((2 - sigma_n)(s_n^2 + 1/2) + sigma_n/2 sqrt(pi T_w/T) s_n)(1 + erf s_n) ] / s^2
+    tau = sigma_t sin theta [ exp(-s_n^2) + sqrt(pi) s_n (1 + erf s_n) ] / (s sqrt(pi))
+
+on both sides of a sheet, on the outside of closed bodies, and at AROUND places of a tube's circumference. Parts of a
+craft do not shield one another.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from numpy.typing import ArrayLike
+
+from femflex.arrays import Array
+from femflex.effectors.surfaces.forces import AREA, CENTRE, COUNT, FACETS, FORM, HEAD, REST, SurfaceForce, inputs_of
+from femflex.effectors.surfaces.surface import Facet
+from femflex.effectors.surroundings.atmosphere import Atmosphere
+from femflex.kernels.compiled import inner
+from femflex.kernels.vectors import ZERO, Vector, add, cross, dot, load3, load9, scale, store3, sub, turn, turn_back
+from femflex.noun.values import Quantity
+from femflex.system.acting import Context
+from femflex.system.orbit import ORBIT_SIGNALS
+
+GAS_CONSTANT = 8.31446261815324  # J/(mol K)
+AROUND = 16  # places of a circumference: the mean over a smooth periodic function converges exponentially
+WIDTH = REST + 1  # whether the back is exposed
+NORMAL, TANGENTIAL, WALL, GAS = HEAD, HEAD + 1, HEAD + 2, HEAD + 3  # accommodation, wall temperature, 2 R / M
+
+
+class AirDrag(SurfaceForce, heading="air_drag"):
+    """Pressure and shear of the upper air on the surfaces of bodies: drag, lift and damping."""
+
+    atmosphere: str = "atmosphere"
+    """The air, a name in [surroundings]."""
+    normal_accommodation: Annotated[float, Quantity(least=0.0, most=1.0)] = 1.0
+    """Accommodation of the molecules' momentum along the normal; 1: they leave as from the wall at rest."""
+    tangential_accommodation: Annotated[float, Quantity(least=0.0, most=1.0)] = 1.0
+    """Accommodation of their momentum along the surface; 0: they slide without friction."""
+    wall_temperature: Annotated[float, Quantity("K", above=0.0)] = 300.0
+    """Temperature of the surface."""
+    molar_mass: Annotated[float, Quantity("kg/mol", above=0.0)] = 0.016
+    """Molar mass of the air; atomic oxygen prevails between 200 and 600 km."""
+
+    label = "air drag"
+
+    def sources(self, context: Context) -> tuple[str, ...]:
+        """Density, velocity and temperature of the air, and velocity on the orbit."""
+        channels = ("density", "x", "y", "z", "temperature")
+        return (*inputs_of(context, self.atmosphere, Atmosphere, channels, "atmosphere"), *ORBIT_SIGNALS[3:])
+
+    def head(self) -> ArrayLike:
+        """Accommodation along and across the normal, wall temperature, and 2 R / M."""
+        speed_squared = 2.0 * GAS_CONSTANT / self.molar_mass
+        return [self.normal_accommodation, self.tangential_accommodation, self.wall_temperature, speed_squared]
+
+    def facet_numbers(self, facet: Facet) -> ArrayLike:
+        """Whether its back is exposed."""
+        return [float(facet.back is not None)]
+
+
+@inner
+def air_on_side(V: Vector, n: Vector, T: float, p: Array) -> Vector:
+    """Force per area, over the density, on a side with outward unit normal n in the wind V; T of the air."""
+    speed = math.sqrt(dot(V, V))
+    if speed == 0.0:
+        return ZERO
+    s, cosine = speed / math.sqrt(p[GAS] * T), -dot(V, n) / speed
+    s_n, hot, root = s * cosine, math.sqrt(p[WALL] / T), math.sqrt(math.pi)
+    e, f = math.exp(-s_n * s_n), 1.0 + math.erf(s_n)
+    rest, half = 2.0 - p[NORMAL], 0.5 * p[NORMAL] * hot
+    pressure = ((rest * s_n / root + half) * e + (rest * (s_n * s_n + 0.5) + half * root * s_n) * f) / (s * s)
+    shear = p[TANGENTIAL] * (e + root * s_n * f) / (s * root)  # times the part of V / |V| along the surface
+    along = scale(1.0 / speed, add(V, scale(cosine * speed, n)))
+    return scale(0.5 * speed * speed, sub(scale(shear, along), scale(pressure, n)))
+
+
+@inner
+def air_on_facet(V: Vector, T: float, p: Array, first: int) -> Vector:
+    """Force over the density on a facet, in the axes of its marker, in the wind V relative to its centre."""
+    area = load3(p, first + AREA)
+    size = math.sqrt(dot(area, area))
+    if size == 0.0:
+        return ZERO
+    n = scale(1.0 / size, area)
+    if p[first + FORM] > 0.0:
+        x = (1.0, 0.0, 0.0) if abs(n[0]) < 0.6 else (0.0, 1.0, 0.0)
+        a = cross(n, x)
+        a = scale(1.0 / math.sqrt(dot(a, a)), a)
+        b, force = cross(n, a), ZERO
+        for k in range(AROUND):
+            angle = 2.0 * math.pi * k / AROUND
+            outward = add(scale(math.cos(angle), a), scale(math.sin(angle), b))
+            force = add(force, air_on_side(V, outward, T, p))
+        return scale(2.0 * math.pi * size / AROUND, force)
+    force = air_on_side(V, n, T, p)
+    if p[first + REST] > 0.0:
+        force = add(force, air_on_side(V, scale(-1.0, n), T, p))
+    return scale(size, force)
+
+
+@AirDrag.kernel
+def air_drag(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> None:
+    """Inputs: density, velocity and temperature of the air; velocity on the orbit."""
+    p = parameters
+    m = int(p[COUNT])
+    density, T, power = seen[18 * m], seen[18 * m + 4], 0.0
+    wind = sub(load3(seen, 18 * m + 1), load3(seen, 18 * m + 5))
+    for k in range(m):
+        C = load9(seen, 3 * m + 9 * k)
+        velocity, rate = load3(seen, 12 * m + 3 * k), load3(seen, 15 * m + 3 * k)
+        V, w, force, torque = turn_back(C, sub(wind, velocity)), turn_back(C, rate), ZERO, ZERO
+        first, n = int(p[FACETS + 2 * k]), int(p[FACETS + 2 * k + 1])
+        for i in range(n):
+            centre = load3(p, first + WIDTH * i + CENTRE)
+            f = air_on_facet(sub(V, cross(w, centre)), T, p, first + WIDTH * i)
+            force, torque = add(force, f), add(torque, cross(centre, f))
+        force, torque = turn(C, scale(density, force)), turn(C, scale(density, torque))
+        store3(out, 3 * k, force)
+        store3(out, 3 * m + 3 * k, torque)
+        power += dot(force, velocity) + dot(torque, rate)
+    out[6 * m] = out[6 * m + 1] = out[6 * m + 3] = 0.0
+    out[6 * m + 2] = power

@@ -1,0 +1,102 @@
+"""Pressure of sunlight on surfaces, by their sides after deformation (THEORY section 8).
+
+With the unit vectors s to the sun and n along the normal of the lit side, c = n.s > 0, a facet of area A feels
+
+    F = -P A c [ (1 - specular) s + 2 (specular c + diffuse / 3) n ]
+        -P A c (1 - specular - diffuse) 2/3 (eps - eps') / (eps + eps') n
+
+the second row for a film of which both sides radiate the absorbed heat away, with emissivities eps of the lit side and
+eps' of the other. Over the lit half of a tube of radius r and length L, u the unit vector across it in the plane of s
+and S = |s across|,
+
+    F = -P r L S [ 2 (1 - specular) s + (8/3 specular S + pi/3 diffuse) u ]
+
+Parts of a craft do not shade one another.
+"""
+
+from __future__ import annotations
+
+import math
+
+from numpy.typing import ArrayLike
+
+from femflex.arrays import Array
+from femflex.effectors.surfaces.forces import AREA, CENTRE, COUNT, FACETS, FORM, REST, SurfaceForce, inputs_of
+from femflex.effectors.surfaces.surface import Facet
+from femflex.effectors.surroundings.sun import Sun
+from femflex.kernels.compiled import inner
+from femflex.kernels.vectors import ZERO, Vector, add, cross, dot, load3, load9, scale, store3, sub, turn, turn_back
+from femflex.system.acting import Context
+
+SIDE = 3  # numbers of a side: specular, diffuse, recoil of the heat radiation per absorbed light; back: -1 where none
+WIDTH = REST + 2 * SIDE
+
+
+class SolarPressure(SurfaceForce, heading="solar_pressure"):
+    """Pressure of sunlight on the surfaces of bodies."""
+
+    sun: str = "sun"
+    """The sun, a name in [surroundings]."""
+
+    label = "solar pressure"
+
+    def sources(self, context: Context) -> tuple[str, ...]:
+        """Direction to the sun, and pressure of its light."""
+        return inputs_of(context, self.sun, Sun, ("x", "y", "z", "pressure"), "sun")
+
+    def facet_numbers(self, facet: Facet) -> ArrayLike:
+        """Both sides; a back that is not exposed has -1."""
+        front, back = facet.front, facet.back
+        if back is None:
+            return [front.specular, front.diffuse, 0.0, -1.0, 0.0, 0.0]
+        total = front.emissivity + back.emissivity
+        recoil = 2.0 / 3.0 * (front.emissivity - back.emissivity) / total if total > 0.0 else 0.0
+        return [front.specular, front.diffuse, recoil, back.specular, back.diffuse, -recoil]
+
+
+@inner
+def light_on_facet(s: Vector, p: Array, first: int) -> Vector:
+    """Force on a facet per pressure of the light, in the axes of its marker, s to the sun."""
+    area = load3(p, first + AREA)
+    size = math.sqrt(dot(area, area))
+    if size == 0.0:
+        return ZERO
+    n = scale(1.0 / size, area)
+    c = dot(n, s)
+    side = first + REST
+    if p[first + FORM] > 0.0:
+        across = sub(s, scale(c, n))
+        S = math.sqrt(dot(across, across))
+        if S == 0.0:
+            return ZERO
+        along = size * S
+        both = 8.0 / 3.0 * p[side] * S + math.pi / 3.0 * p[side + 1]
+        return add(scale(-2.0 * along * (1.0 - p[side]), s), scale(-along * both / S, across))
+    if c < 0.0:
+        side, n, c = side + SIDE, scale(-1.0, n), -c
+        if p[side] < 0.0:
+            return ZERO
+    specular, diffuse = p[side], p[side + 1]
+    along_n = 2.0 * (specular * c + diffuse / 3.0) + (1.0 - specular - diffuse) * p[side + 2]
+    return add(scale(-size * c * (1.0 - specular), s), scale(-size * c * along_n, n))
+
+
+@SolarPressure.kernel
+def solar_pressure(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> None:
+    """Inputs: direction to the sun, and pressure of its light."""
+    p = parameters
+    m = int(p[COUNT])
+    to_sun, pressure, power = load3(seen, 18 * m), seen[18 * m + 3], 0.0
+    for k in range(m):
+        C = load9(seen, 3 * m + 9 * k)
+        s, force, torque = turn_back(C, to_sun), ZERO, ZERO
+        first, n = int(p[FACETS + 2 * k]), int(p[FACETS + 2 * k + 1])
+        for i in range(n):
+            f = light_on_facet(s, p, first + WIDTH * i)
+            force, torque = add(force, f), add(torque, cross(load3(p, first + WIDTH * i + CENTRE), f))
+        force, torque = turn(C, scale(pressure, force)), turn(C, scale(pressure, torque))
+        store3(out, 3 * k, force)
+        store3(out, 3 * m + 3 * k, torque)
+        power += dot(force, load3(seen, 12 * m + 3 * k)) + dot(torque, load3(seen, 15 * m + 3 * k))
+    out[6 * m] = out[6 * m + 1] = out[6 * m + 3] = 0.0
+    out[6 * m + 2] = power

@@ -1,0 +1,55 @@
+"""The turning Earth: sidereal time, rate and figure."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from femflex.arrays import Array
+from femflex.kernels.compiled import inner
+from femflex.kernels.vectors import Vector
+from femflex.system.orbit import EARTH_RADIUS
+
+EARTH_RATE = 7.292115e-5  # rad/s, inertial (WGS 84)
+FLATTENING = 1 / 298.257223563  # WGS 84
+DAY = 86400.0  # s
+REFERENCE_RADIUS = 6371200.0  # m, of the geomagnetic field
+
+
+def sidereal_angle(days: float) -> float:
+    """Greenwich mean sidereal time [rad] at days since J2000 (2000-01-01, 12:00), here of UT1.
+
+    The expression of 1982 of the International Astronomical Union (Explanatory Supplement to the Astronomical Almanac).
+    """
+    T = days / 36525.0
+    seconds = 67310.54841 + (876600.0 * 3600.0 + 8640184.812866) * T + 0.093104 * T * T - 6.2e-6 * T**3
+    return math.fmod(seconds / DAY * 2.0 * math.pi, 2.0 * math.pi)
+
+
+def place_over_earth(longitude: float, latitude: float, altitude: float) -> Array:
+    """Place (3,) [m] in axes that turn with the Earth, from geodetic coordinates [rad, rad, m]."""
+    e2 = FLATTENING * (2.0 - FLATTENING)
+    N = EARTH_RADIUS / math.sqrt(1.0 - e2 * math.sin(latitude) ** 2)
+    level = (N + altitude) * math.cos(latitude)
+    z = (N * (1.0 - e2) + altitude) * math.sin(latitude)
+    return np.array([level * math.cos(longitude), level * math.sin(longitude), z])
+
+
+@inner
+def altitude_of(x: float, y: float, z: float, radius: float, flattening: float) -> float:
+    """Height [m] over an ellipsoid: along the radius, with the ellipsoid's radius at the geocentric latitude.
+
+    It differs from the geodetic height by less than 40 m up to 2000 km.
+    """
+    r = math.sqrt(x * x + y * y + z * z)
+    sine = z / r
+    squeeze = 1.0 - flattening
+    return r - radius * squeeze / math.sqrt(squeeze * squeeze + (1.0 - squeeze * squeeze) * sine * sine)
+
+
+@inner
+def turned_z(v: Vector, angle: float) -> Vector:
+    """A vector turned about the third axis by an angle."""
+    c, s = math.cos(angle), math.sin(angle)
+    return c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]

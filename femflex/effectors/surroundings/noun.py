@@ -1,0 +1,54 @@
+"""What surroundings have in common: no force, inputs from the orbit, and an epoch."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import ClassVar
+
+import numpy as np
+
+from femflex.arrays import Array
+from femflex.effectors.noun import EffectorNoun
+from femflex.system.acting import ALONE, Context
+from femflex.system.effector import Effector
+from femflex.system.orbit import ORBIT_SIGNALS
+
+
+class Surrounding(EffectorNoun):
+    """A function of time and of the place of the craft on its orbit.
+
+    needs_orbit  whether it depends on the place
+    """
+
+    n_markers = 0
+    exerts = ()
+    gives_signals = True
+    writes_all = True
+    needs_orbit: ClassVar[bool] = True
+
+    def signals(self, name: str, context: Context, path: tuple[str, ...] = ()) -> list[str]:
+        """Names of its vector: x, y, z."""
+        return ["x", "y", "z"]
+
+    def effector(self, name: str, context: Context = ALONE) -> Effector:
+        """The Effector of that name. Raises ValueError where it needs an orbit or an epoch that is not there."""
+        if self.needs_orbit and context.orbit is None:
+            raise ValueError(f"the {self.label} depends on the place of the craft, and there is no orbit; give one")
+        inputs = () if context.orbit is None else ORBIT_SIGNALS
+        constants = self.constants(name, context)
+        return replace(super().effector(name, context), conserves=True, inputs=inputs, parameters=constants)
+
+    def parameters(self) -> Array:
+        """None but those of `constants`."""
+        return np.zeros(0)
+
+    def constants(self, name: str, context: Context) -> Array:
+        """Numbers of its function (n,). Raises ValueError."""
+        raise NotImplementedError
+
+
+def epoch_of(context: Context, what: str) -> float:
+    """Days since J2000 at t = 0. Raises ValueError where no epoch is given."""
+    if context.epoch is None:
+        raise ValueError(f"{what} depends on the date; give environment.epoch, a date and time in UTC")
+    return context.epoch
