@@ -19,7 +19,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from femflex.assembly.loads import build_load
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
 from femflex.case.joint_base import JointTable
@@ -100,7 +99,7 @@ def load_directions(case: Case, name: str) -> Iterator[tuple[str, list[str]]]:
         if table.body != name:
             continue
         with suppress(ValueError, OSError):  # reported where the loads of the case are built
-            load = build_load(case, table)
+            load = table.read_from(case.path.parent)
             loaded = [bool(column.any()) for value in (load.force, load.torque) for column in np.atleast_2d(value).T]
             if load.frame != "body":
                 loaded = [any(loaded[:3])] * 3 + [any(loaded[3:])] * 3

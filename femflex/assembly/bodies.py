@@ -19,12 +19,11 @@ from femflex.assembly.rigid_skins import rigid_skin
 from femflex.assembly.segments import build_segments
 from femflex.assembly.shared import shared_parts
 from femflex.assembly.structures import PLACE, build_mesh, build_modes, preload_of, structure_of, supports_of
-from femflex.assembly.torques import check_torques, has_torque
+from femflex.assembly.torques import check_torques, torque_loads
 from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
 from femflex.case.case import Case
 from femflex.case.deploying import DeployingTable
-from femflex.case.load import LoadTable
 from femflex.case.matrices import MatricesTable
 from femflex.case.reduction import DampingTable, Stretchable
 from femflex.case.support import SkewSupport
@@ -267,7 +266,8 @@ def turning_markers(case: Case, name: str) -> set[str]:
     transmitting_moments = [joint for joint in case.joints if joint.kind != "spherical"]
     used = {joint.child_marker for joint in transmitting_moments if joint.child == name}
     used |= {joint.parent_marker for joint in transmitting_moments if joint.parent == name}
-    used |= {load.marker for load in case.loads if load.body == name and _uses_rotation(case, load)}
+    used |= {load.marker for load in case.loads if load.body == name and load.frame == "marker"}
+    used |= {load.marker for load in torque_loads(case, name)}
     return used | ({case.attitude.marker} if case.attitude.marker else set())
 
 
@@ -275,10 +275,6 @@ def patch_groups(case: Case, name: str) -> list[str]:
     """Groups of a body over which effectors of the case spread forces."""
     nouns = [noun for named in case.effectors.values() for noun in named.values()]
     return sorted({group for noun in nouns for body, group in noun.spread() if body == name})
-
-
-def _uses_rotation(case: Case, load: LoadTable) -> bool:
-    return load.frame == "marker" or has_torque(case, load)
 
 
 def _segments(case: Case, name: str, table: FlexibleTable, counts: tuple[int | None, int, int | None]) -> Segments:

@@ -12,7 +12,6 @@ from femflex.assembly.craft import build_craft
 from femflex.assembly.deploying import with_deployment
 from femflex.assembly.initial import initial_shape
 from femflex.assembly.joints import build_joints, root_joint
-from femflex.assembly.loads import build_loads
 from femflex.assembly.loops import build_constraint, build_loops, build_spring
 from femflex.assembly.orbits import build_orbit
 from femflex.case.case import Case
@@ -64,30 +63,27 @@ def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
 
 
 def problems_of_loads(case: Case) -> list[Problem]:
-    """The problems of the loads of a case; empty if there are none."""
-    try:
-        build_loads(case)
-    except CaseError as error:
-        return list(error.problems)
-    return []
+    """The problems of the CSV files of the loads of a case."""
+    problems = []
+    for load in case.loads:
+        try:
+            load.read_from(case.path.parent)
+        except (ValueError, OSError) as error:
+            problems.append(Problem(f"loads[{load.name}]", str(error)))
+    return problems
 
 
 def bodies_and_loads(case: Case, bodies: Mapping[str, Part] | None) -> tuple[dict[str, Part], tuple[Load, ...]]:
     """The bodies of a case (built if not given) and its loads. Raises CaseError with the problems of both together."""
     problems: list[Problem] = []
     parts: dict[str, Part] = {}
-    loads: tuple[Load, ...] = ()
     try:
         parts = dict(bodies) if bodies is not None else build_bodies(case)
     except CaseError as error:
         problems += error.problems
-    try:
-        loads = build_loads(case)
-    except CaseError as error:
-        problems += error.problems
-    if problems:
+    if problems := [*problems, *problems_of_loads(case)]:
         raise CaseError(case.path.name, problems)
-    return parts, loads
+    return parts, tuple(load.read_from(case.path.parent) for load in case.loads)
 
 
 def _with_kept_values(case: Case, system: System) -> System:

@@ -8,10 +8,8 @@ from contextlib import suppress
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.assembly.loads import build_load
 from femflex.case.body import BodyTable
 from femflex.case.case import Case
-from femflex.case.load import LoadTable
 from femflex.fem import Structure
 from femflex.noun.problems import CaseError, Problem
 from femflex.reduction.boundary.markers import MarkerRows, marker_rows
@@ -37,19 +35,11 @@ def check_torques(case: Case, name: str, groups: Mapping[str, str], structure: S
 
 
 def torque_loads(case: Case, name: str) -> Iterator[Load]:
-    """The loads on a body that have a torque. Loads that cannot be read are reported by `build_loads`."""
-    for table in case.loads:
-        if table.body == name and has_torque(case, table):
-            yield build_load(case, table)
-
-
-def has_torque(case: Case, table: LoadTable) -> bool:
-    """Whether a load has a torque at any time."""
-    if table.table is None:
-        return table.torque is not None and bool(np.any(table.torque))
-    with suppress(ValueError, OSError):
-        return bool(np.any(build_load(case, table).torque))
-    return False
+    """The loads on a body that have a torque. Loads that cannot be read are reported by `problems_of_loads`."""
+    for load in case.loads:
+        with suppress(ValueError, OSError):
+            if load.body == name and (torque_load := load.read_from(case.path.parent)).torque.any():
+                yield torque_load
 
 
 def _lost_torque_text(load: Load, rows: MarkerRows, table: BodyTable) -> str:

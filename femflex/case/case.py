@@ -15,7 +15,6 @@ from femflex.case.constraint import Constraint, SpringTable
 from femflex.case.environment import EnvironmentTable
 from femflex.case.initial import StartTable
 from femflex.case.joint import Joint
-from femflex.case.load import LoadTable
 from femflex.case.measure import ExpectationsTable
 from femflex.case.orbit import AttitudeTable, OrbitTable
 from femflex.case.run import PicturesTable, RunTable, StudyTable
@@ -25,6 +24,7 @@ from femflex.case.stability import StabilityTable
 from femflex.effectors.noun import EffectorNoun
 from femflex.effectors.registry import nouns
 from femflex.noun.table import Name, Table, refuse
+from femflex.system.load import Load
 
 
 class Case(Table):
@@ -58,7 +58,7 @@ class Case(Table):
     """Rolling and knife-edge constraints."""
     springs: list[SpringTable] = Field(default_factory=list)
     """Springs and dampers between two markers."""
-    loads: list[LoadTable] = Field(default_factory=list)
+    loads: list[Load] = Field(default_factory=list)
     """Forces and torques at markers."""
     sights: list[SightTable] = Field(default_factory=list)
     """Lines of sight to a ground station."""

@@ -20,13 +20,13 @@ from femflex.case.environment import EnvironmentTable
 from femflex.case.initial import StartTable
 from femflex.case.joint import Joint
 from femflex.case.joint_base import JointTable
-from femflex.case.load import LoadTable
 from femflex.case.measure import ExpectationsTable
 from femflex.case.orbit import AttitudeTable, OrbitTable
 from femflex.case.run import PicturesTable, RunTable, StudyTable
 from femflex.case.sight import SightTable
 from femflex.effectors.registry import nouns
 from femflex.noun.problems import item_label
+from femflex.system.load import Load
 
 T = TypeVar("T")
 
@@ -55,7 +55,7 @@ class Outline:
     attitude: AttitudeTable | None
     bodies: Mapping[str, BodyTable | None]
     joints: Mapping[str, JointTable | None]
-    loads: Mapping[str, LoadTable | None]
+    loads: Mapping[str, Load | None]
     loops: Mapping[str, JointTable | None]
     between: Mapping[str, BetweenTable | None]
     sights: Mapping[str, SightTable | None]
@@ -108,7 +108,7 @@ def outline_of_tables(raw: Mapping[str, Any]) -> Outline:
         attitude=_valid_or_none(AttitudeTable, raw.get("attitude", {})),
         bodies={str(name): _valid_or_none(Body, table) for name, table in _table(raw, "bodies").items()},
         joints=_read_list(raw, "joints", Joint),
-        loads=_read_list(raw, "loads", LoadTable),
+        loads=_read_list(raw, "loads", Load),
         loops=_read_list(raw, "loops", Joint),
         between=_read_list(raw, "constraints", Constraint) | _read_list(raw, "springs", SpringTable),
         sights=_read_list(raw, "sights", SightTable),

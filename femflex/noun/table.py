@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 from pydantic import BaseModel, ConfigDict, StringConstraints, ValidationError
+from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from femflex.noun.names import PATTERN
@@ -24,8 +25,14 @@ class _Checked(ModelMetaclass):
     """Class of tables: an object made in Python gets the same checks, and the same sentences, as one read of a case."""
 
     def __call__(cls, *arguments: Any, **keys: Any) -> Any:
+        """The table with these values, in the order of its keys (`kind` aside) or by key."""
+        fields: dict[str, FieldInfo] = cls.model_fields  # type: ignore[attr-defined]
+        names = [field.alias or name for name, field in fields.items() if name != "kind"]
+        if len(arguments) > len(names) or keys.keys() & set(names[: len(arguments)]):
+            raise TypeError(f"{cls.__name__} takes {', '.join(names)}, each once; by order, or by key")
+        keys |= dict(zip(names, arguments, strict=False))
         try:
-            return super().__call__(*arguments, **keys)
+            return super().__call__(**keys)
         except ValidationError as error:
             from femflex.noun.sentences import schema_problems
 

@@ -73,6 +73,7 @@ class Quantity(_Readable):
         return self._read_entries(value, self.shape)
 
     def _read_entries(self, value: Any, shape: tuple[int | None, ...]) -> Any:
+        value = value.tolist() if hasattr(value, "tolist") else value  # of numpy
         if not shape:
             return self._number(value)
         if not isinstance(value, (list, tuple)):

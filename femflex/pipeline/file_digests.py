@@ -74,9 +74,9 @@ def _deck_digest(path: Path) -> str:
 
 
 def _load_digest(path: Path) -> str:
-    from femflex.assembly.loads import read_load_table
+    from femflex.system.load_file import read_load_file
 
-    return content_digest(read_load_table(path))
+    return content_digest(read_load_file(path))
 
 
 def _last_row_digest(path: Path) -> str:

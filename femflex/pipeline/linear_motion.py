@@ -39,7 +39,7 @@ from femflex.integrate.outcome import ROWS, Solution
 from femflex.integrate.protocol import Model as AnyModel
 from femflex.integrate.protocol import Progress
 from femflex.integrate.step_monitor import BLOCK_SECONDS
-from femflex.pipeline.rest import rest_equilibrium, rest_state, with_loads_of, zero_load
+from femflex.pipeline.rest import rest_equilibrium, rest_state, with_loads_of
 from femflex.system import System
 
 NUMBER = 20  # of the method in resume arrays
@@ -264,7 +264,7 @@ class Reference:
             equilibrium = rest_equilibrium(system)[0]
             rest_system = with_loads_of(system, system, equilibrium)
         else:
-            rest_system = replace(system, loads=tuple(zero_load(load) for load in system.loads))
+            rest_system = replace(system, loads=tuple(load.steady() for load in system.loads))
         rest_model = compile_system(rest_system)
         if names := [name for name in model.omitted if name in SWITCHED]:
             rest_model = rest_model.without(*names)

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from femflex.arrays import Array
 from femflex.dynamics.equilibria.equilibrium import Equilibrium, EquilibriumError, equilibrium
 from femflex.dynamics.equilibria.frozen import frozen_system
 from femflex.dynamics.equilibria.states import resting_state
 from femflex.dynamics.equilibria.system_modes import without_variation
 from femflex.dynamics.model import Model
-from femflex.system import Load, System
+from femflex.system import System
 
 
 def rest_equilibrium(system: System, at: float | None = None) -> tuple[Equilibrium, tuple[str, ...]]:
@@ -44,12 +42,7 @@ def rest_system(system: System, at: float | None, about: Equilibrium) -> System:
 def with_loads_of(still: System, system: System, about: Equilibrium) -> System:
     """The system `still` with the loads of the equilibrium, the other loads of the system at zero."""
     loads = {load.name: load for load in about.moving.loads}
-    return replace(still, loads=tuple(loads.get(load.name, zero_load(load)) for load in system.loads))
-
-
-def zero_load(load: Load) -> Load:
-    """The load at zero."""
-    return replace(load, times=None, force=np.zeros(3), torque=np.zeros(3))
+    return replace(still, loads=tuple(loads.get(load.name, load.steady()) for load in system.loads))
 
 
 def rest_state(about: Equilibrium, model: Model) -> Array:

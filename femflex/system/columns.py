@@ -10,6 +10,8 @@ from pathlib import Path
 from femflex.noun.units import to_si
 from femflex.noun.values import ValueProblem, check_magnitude
 
+HEAD = re.compile(r"\s*(\w+)\s*(?:[\[(](.*)[\])])?\s*")  # of a column: its name and unit
+
 
 def column_of(path: Path, column: str, unit: str) -> tuple[list[float], list[float]]:
     """Times [s] and a column of a CSV file with a head such as "time [s],azimuth [deg]", in SI.
@@ -19,7 +21,7 @@ def column_of(path: Path, column: str, unit: str) -> tuple[list[float], list[flo
     if not os.path.isfile(path):  # not of a name too long, either
         raise ValueError(f"found file {path.name!r}, which does not exist; names are relative to the case file")
     rows = csv_rows(path)
-    heads = [re.fullmatch(r"\s*(\w+)\s*(?:[\[(](.*)[\])])?\s*", cell) for cell in (rows[0][1] if rows else [])]
+    heads = [HEAD.fullmatch(cell) for cell in (rows[0][1] if rows else [])]
     names = [head[1] if head else "" for head in heads]
     for required in ("time", column):
         if required not in names:

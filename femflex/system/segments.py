@@ -120,7 +120,7 @@ def with_segments(
         else:
             new_joints.append(replace(joint, **changes) if changes else joint)  # type: ignore[arg-type]
     acting = tuple(
-        replace(load, body=names[load.body][cut[load.body].holder(load.marker)]) if load.body in cut else load
+        load.model_copy(update={"body": body_with_marker(parts, load.body, load.marker)}) if load.body in cut else load
         for load in loads
     )
     return bodies, tuple(new_joints), acting, names

@@ -83,6 +83,7 @@ class System(Summarised):
     varying: dict[str, Variation] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "loads", tuple(load.read_from() for load in self.loads))
         problems = [*self._tree_problems(), *self._orbit_problems(), *self._name_problems()]
         problems += keep_problems(self.keep, self.joints)
         problems += self._variation_problems()

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from femflex.assembly.loads import read_load_table
 from femflex.case import Case, parse_case, read_case, with_values
 from femflex.case.body import FlexibleTable
 from femflex.case.changed import toml_text
@@ -20,6 +19,7 @@ from femflex.case.run import RunTable
 from femflex.mesh.generators import line
 from femflex.pipeline import prepare
 from femflex.system.columns import column_of
+from femflex.system.load_file import read_load_file
 from femflex.system.motion import MotionOf
 
 HUB = "[run]\nduration = 4\n[bodies.hub]\nkind = 'rigid'\nmass = 2\ninertia = [3, 4, 5]\n"
@@ -148,7 +148,7 @@ def test_column_of_a_file_is_read_in_the_unit_of_its_head(tmp_path: Path):
 def test_load_table_has_every_column_in_its_place(tmp_path: Path):
     path = tmp_path / "a.csv"
     path.write_text("tz [kN m],fy,TIME [ms],fx (kN),fz,ty,tx\n1,2,0,3,4,5,6\n7,8,500,9,10,11,12\n")
-    times, force, torque = read_load_table(path)
+    times, force, torque = read_load_file(path)
     np.testing.assert_allclose(times, [0, 0.5])
     np.testing.assert_allclose(force, [[3000, 2, 4], [9000, 8, 10]])
     np.testing.assert_allclose(torque, [[6, 5, 1000], [12, 11, 7000]])

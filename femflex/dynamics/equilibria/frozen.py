@@ -90,7 +90,7 @@ def _frozen(load: Load, at: float | None) -> Load:
             f"load {load.name!r} changes over time, so there is no equilibrium under it; say at which time its value "
             "is meant (--at), or switch it off"
         )
-    return replace(load, times=None, force=values[0], torque=values[1])
+    return load.steady(*values)
 
 
 def _orbit_problems(system: System) -> list[str]:

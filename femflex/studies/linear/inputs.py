@@ -52,7 +52,8 @@ class Input:
         if self.kind == "marker":
             body, _, marker = self.owner.rpartition(".")
             quantity, _, axis = self.component.partition(":")
-            extra = Load(OWN, body, marker, "marker", **{quantity: amount * np.eye(3)[XYZ.index(axis)]})
+            acting: dict[str, Any] = {quantity: amount * np.eye(3)[XYZ.index(axis)]}
+            extra = Load(name=OWN, body=body, marker=marker, frame="marker", **acting)
             return replace(system, loads=(*system.loads, extra))
         if self.kind == "effector":
             effectors = tuple(_with_more_signal(item, self.component, amount, self.owner) for item in system.effectors)
@@ -164,7 +165,7 @@ def _load_acts(system: System, entry: Input) -> bool:
 def _with_more_load(load: Load, component: str, amount: float) -> Load:
     quantity, _, axis = component.partition(":")
     increment = amount * np.eye(3)[XYZ.index(axis)]
-    return replace(load, **{quantity: getattr(load, quantity) + increment})
+    return load.model_copy(update={quantity: getattr(load, quantity) + increment})
 
 
 def _with_more_signal(

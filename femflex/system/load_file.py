@@ -1,51 +1,21 @@
-"""Build the loads of a case: constant, or from inline tables or CSV files."""
+"""Loads over time from CSV files."""
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.case.case import Case
-from femflex.case.load import LoadTable
-from femflex.noun.problems import CaseError, Problem, suggestion_text
+from femflex.noun.problems import suggestion_text
 from femflex.noun.units import UnitError, to_si
 from femflex.noun.values import counted_noun
-from femflex.system import Load
-from femflex.system.columns import csv_rows, finite
+from femflex.system.columns import HEAD, csv_rows, finite
 
 COLUMNS = {"time": "s", **dict.fromkeys(("fx", "fy", "fz"), "N"), **dict.fromkeys(("tx", "ty", "tz"), "N m")}
 
 
-def build_loads(case: Case) -> tuple[Load, ...]:
-    """The loads of a case. Raises CaseError with the problems of its CSV files."""
-    problems: list[Problem] = []
-    loads = []
-    for table in case.loads:
-        try:
-            loads.append(build_load(case, table))
-        except (ValueError, OSError) as error:
-            problems.append(Problem(f"loads[{table.name}]", str(error)))
-    if problems:
-        raise CaseError(case.path.name, problems)
-    return tuple(loads)
-
-
-def build_load(case: Case, table: LoadTable) -> Load:
-    """The load of a table. Raises ValueError if its CSV file cannot be read."""
-    where: dict[str, Any] = {"name": table.name, "body": table.body, "marker": table.marker, "frame": table.frame}
-    if table.table is not None:
-        times, force, torque = read_load_table(case.file_path(table.table))
-        return Load(times=times, force=force, torque=torque, **where)
-    shape = (3,) if table.times is None else (len(table.times), 3)
-    force, torque = (np.zeros(shape) if v is None else np.array(v, float) for v in (table.force, table.torque))
-    return Load(times=None if table.times is None else np.array(table.times), force=force, torque=torque, **where)
-
-
-def read_load_table(path: Path) -> tuple[Array, Array, Array]:
+def read_load_file(path: Path) -> tuple[Array, Array, Array]:
     """Times (n,) [s], forces (n, 3) [N] and torques (n, 3) [N m] of a CSV file with a head like "time [s],tz [N m]".
 
     Raises ValueError with the line and column of an entry that cannot be read.
@@ -76,7 +46,7 @@ def read_load_table(path: Path) -> tuple[Array, Array, Array]:
 def _column_names(cells: list[str], file: str) -> tuple[list[str], Array]:
     names, factors = [], []
     for cell in cells:
-        match = re.fullmatch(r"\s*(\w+)\s*(?:[\[(](.*)[\])])?\s*", cell)
+        match = HEAD.fullmatch(cell)
         name = match[1].lower() if match else cell.strip()
         if match is None or name not in COLUMNS:
             raise ValueError(f"column {cell.strip()!r} of {file} is not known; {suggestion_text(name, COLUMNS)}")
