@@ -1,4 +1,4 @@
-"""Build the loops, nonholonomic constraints and springs of a case."""
+"""Build the loops and nonholonomic constraints of a case."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from femflex.assembly.joints import build_joint
 from femflex.case import constraint as tables
 from femflex.case.case import Case
 from femflex.noun.problems import CaseError, Problem, quoted_names
-from femflex.system import Joint, Nonholonomic, Spring, knife_edge, rolling_disc
+from femflex.system import Joint, Nonholonomic, knife_edge, rolling_disc
 
 CUT_JOINT_KEYS = {"kind", "child", "parent", "child_marker", "parent_marker", "name", "axis", "axes", "play"}
 
@@ -30,15 +30,9 @@ def build_loops(case: Case) -> tuple[Joint, ...]:
     return tuple(replace(build_joint(table, case.path.parent), play=table.play) for table in case.loops)
 
 
-def build_constraint(table: tables.BetweenTable) -> Nonholonomic:
+def build_constraint(table: tables.RollingDisc | tables.KnifeEdge) -> Nonholonomic:
     """The constraint of one entry of [[constraints]]."""
     where = table.model_dump(include={"name", "body", "marker", "parent", "parent_marker"})
     if isinstance(table, tables.RollingDisc):
         return rolling_disc(radius=table.radius, axis=table.axis, normal=table.normal, **where)
-    assert isinstance(table, tables.KnifeEdge)
     return knife_edge(across=table.across, **where)
-
-
-def build_spring(table: tables.SpringTable) -> Spring:
-    """The spring of one entry of [[springs]]."""
-    return Spring(**table.model_dump())

@@ -11,7 +11,7 @@ from pydantic import Field, PrivateAttr, create_model, model_validator
 
 from femflex.case.body import Body
 from femflex.case.campbell import CampbellTable
-from femflex.case.constraint import Constraint, SpringTable
+from femflex.case.constraint import Constraint
 from femflex.case.environment import EnvironmentTable
 from femflex.case.initial import StartTable
 from femflex.case.joint import Joint
@@ -25,6 +25,7 @@ from femflex.effectors.noun import EffectorNoun
 from femflex.effectors.registry import nouns
 from femflex.noun.table import Name, Table, refuse
 from femflex.system.load import Load
+from femflex.system.spring import Spring
 
 
 class Case(Table):
@@ -56,7 +57,7 @@ class Case(Table):
     """Joints that close loops; they become constraints on the tree of [[joints]]."""
     constraints: list[Constraint] = Field(default_factory=list)
     """Rolling and knife-edge constraints."""
-    springs: list[SpringTable] = Field(default_factory=list)
+    springs: list[Spring] = Field(default_factory=list)
     """Springs and dampers between two markers."""
     loads: list[Load] = Field(default_factory=list)
     """Forces and torques at markers."""

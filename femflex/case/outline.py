@@ -15,7 +15,7 @@ from pydantic import TypeAdapter, ValidationError
 from femflex.case.body import Body, BodyTable
 from femflex.case.campbell import CampbellTable
 from femflex.case.case import Case, table_of
-from femflex.case.constraint import BetweenTable, Constraint, SpringTable
+from femflex.case.constraint import Constraint
 from femflex.case.environment import EnvironmentTable
 from femflex.case.initial import StartTable
 from femflex.case.joint import Joint
@@ -27,6 +27,7 @@ from femflex.case.sight import SightTable
 from femflex.effectors.registry import nouns
 from femflex.noun.problems import item_label
 from femflex.system.load import Load
+from femflex.system.spring import Between, Spring
 
 T = TypeVar("T")
 
@@ -57,7 +58,7 @@ class Outline:
     joints: Mapping[str, JointTable | None]
     loads: Mapping[str, Load | None]
     loops: Mapping[str, JointTable | None]
-    between: Mapping[str, BetweenTable | None]
+    between: Mapping[str, Between | None]
     sights: Mapping[str, SightTable | None]
     mounted: Mapping[str, Any]
     pictures: PicturesTable | None
@@ -110,7 +111,7 @@ def outline_of_tables(raw: Mapping[str, Any]) -> Outline:
         joints=_read_list(raw, "joints", Joint),
         loads=_read_list(raw, "loads", Load),
         loops=_read_list(raw, "loops", Joint),
-        between=_read_list(raw, "constraints", Constraint) | _read_list(raw, "springs", SpringTable),
+        between=_read_list(raw, "constraints", Constraint) | _read_list(raw, "springs", Spring),
         sights=_read_list(raw, "sights", SightTable),
         mounted=mounted,
         pictures=_valid_or_none(PicturesTable, raw.get("pictures")),

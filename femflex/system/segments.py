@@ -134,7 +134,7 @@ def with_segment_names(tie: Tie, parts: Mapping[str, Part]) -> Tie:
         name: str = getattr(tie, key, None) or ""
         if isinstance(part := parts.get(name), Segments):
             changes[key] = segment_name(name, part.holder(getattr(tie, marker)))
-    return replace(tie, **changes)
+    return tie.model_copy(update=changes) if isinstance(tie, Spring) else replace(tie, **changes)
 
 
 def effector_at_segments(effector: Effector, parts: Mapping[str, Part]) -> Effector:

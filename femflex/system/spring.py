@@ -1,30 +1,42 @@
-"""Springs between two markers: a force along the line that joins them."""
+"""Springs between two markers, a force along the line that joins them: the table [[springs]] and the object."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Annotated
 
-import numpy as np
+from pydantic import model_validator
+
+from femflex.noun.table import Name, Table, refuse
+from femflex.noun.values import Quantity
 
 
-@dataclass(frozen=True)
-class Spring:
-    """A spring and damper along the line from marker P of the parent to marker Q of the body; parent None: base frame.
+class Between(Table):
+    """An element between a marker of a body and a marker of another, or the origin of the base frame."""
 
-    stiffness [N/m], damping [N s/m], length at which the spring is free [m]
-    """
-
-    name: str
+    name: Name
+    """Name in channels and messages."""
     body: str
+    """Body on which it acts."""
     parent: str | None = None
+    """The other body. Default: the base frame of [attitude]."""
     marker: str = "origin"
+    """Marker of `body`."""
     parent_marker: str = "origin"
-    stiffness: float = 0.0
-    damping: float = 0.0
-    length: float = 0.0
+    """Marker of the other body."""
 
-    def __post_init__(self) -> None:
-        for key in ("stiffness", "damping", "length"):
-            value = getattr(self, key)
-            if not (np.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{key} of spring {self.name!r} is {value}; it must not be negative")
+    @model_validator(mode="after")
+    def _base_has_one_marker(self) -> Between:
+        if self.parent is None and self.parent_marker != "origin":
+            refuse(f"found parent_marker {self.parent_marker!r} without a parent; the base frame has only its origin")
+        return self
+
+
+class Spring(Between):
+    """A spring and damper along the line between two markers."""
+
+    stiffness: Annotated[float, Quantity("N/m", least=0.0)] = 0.0
+    """Stiffness along the line between the markers."""
+    damping: Annotated[float, Quantity("N s/m", least=0.0)] = 0.0
+    """Damping coefficient along that line."""
+    length: Annotated[float, Quantity("m", least=0.0)] = 0.0
+    """Length without spring force."""

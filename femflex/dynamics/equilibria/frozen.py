@@ -45,7 +45,7 @@ def without_damping(system: System) -> System:
         system,
         bodies={name: replace(body, damping=0.0 * body.damping) for name, body in system.bodies.items()},
         joints=tuple(replace(joint, damping=0.0 * joint.damping) for joint in system.joints),
-        springs=tuple(replace(spring, damping=0.0) for spring in system.springs),
+        springs=tuple(spring.model_copy(update={"damping": 0.0}) for spring in system.springs),
     )
 
 
