@@ -233,11 +233,11 @@ def joint_laws(about: Schema) -> str:
         kind = entry["properties"]["kind"]["const"]
         for key, inner in entry["properties"].items():
             if key not in ("kind", "coordinate", "name"):
-                default = "required" if key in entry["required"] else "–"
-                rows.append([code(kind), code(key), default, cell(inner["description"])])
+                default = "required" if key in entry["required"] else default_of(inner)
+                rows.append([code(kind), code(key), unit_of(inner), default, cell(inner["description"])])
     common_keys = about["items"]["anyOf"][0]["properties"]
-    rows += [["all", code(key), "–", cell(common_keys[key]["description"])] for key in ("coordinate", "name")]
-    text += table(("kind", "key", "default", "meaning"), rows)
+    rows += [["all", code(key), "", "–", cell(common_keys[key]["description"])] for key in ("coordinate", "name")]
+    text += table(("kind", "key", "unit", "default", "meaning"), rows)
     return text + "\n### Motions of joint coordinates\n\n" + MOTIONS + motion_kinds()
 
 

@@ -16,13 +16,13 @@ from femflex.case.case import Case
 from femflex.case.joint_ball import Free, Spherical
 from femflex.case.joint_base import JointTable
 from femflex.case.joint_general import SLIDE_KEYS, TURN_KEYS, General
-from femflex.case.law import read_laws
 from femflex.case.orbit import AttitudeTable
 from femflex.noun.problems import CaseError, Problem
 from femflex.rotations import is_extrinsic, letters_of
 from femflex.system import (
     Joint,
     Latch,
+    Law,
     Part,
     Segments,
     Threshold,
@@ -58,8 +58,9 @@ def build_joints(case: Case) -> list[Joint]:
 def build_joint(table: JointTable, folder: Path) -> Joint:
     """The Joint of one entry of [[joints]] of a case in that folder. Raises ValueError."""
     joint = _with_motion(_free_joint(table), table, folder)
-    laws, latches = read_laws(table.laws, table.coordinates())
-    joint = _with_checked_latches(replace(joint, laws=laws, latches=latches) if laws or latches else joint)
+    latches = tuple(law for law in table.laws if isinstance(law, Latch))
+    laws = tuple(law for law in table.laws if isinstance(law, Law))
+    joint = _with_checked_latches(replace(joint, laws=laws, latches=latches) if table.laws else joint)
     trigger = table.release_at
     if table.release is None and trigger is None:
         return joint
@@ -71,7 +72,7 @@ def build_joint(table: JointTable, folder: Path) -> Joint:
     release = (
         table.release if trigger is None else Threshold(_channel_path(trigger.signal), trigger.above, trigger.below)
     )
-    locks = tuple(Latch(k, float(start), opens=release) for k, start in enumerate(joint.q0))
+    locks = tuple(Latch(coordinate=k, at=float(start), opens=release) for k, start in enumerate(joint.q0))
     return _with_checked_latches(replace(joint, latches=locks))
 
 

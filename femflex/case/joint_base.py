@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import model_validator
 
-from femflex.case.law import Laws, read_laws
 from femflex.noun.table import Name, Table, exactly_one, refuse
 from femflex.noun.values import Quantity, ValueProblem
+from femflex.system.law import JointLaw, LawTables, read_law
 from femflex.system.motion import Motion
 
 SLIDE_SPRINGS, SPRINGS = ("slide_stiffness", "slide_damping"), ("stiffness", "damping")
@@ -56,7 +55,7 @@ class JointTable(Table):
     play: Annotated[float, Quantity("m", least=0.0)] = 0.0
     """Assembly tolerance of a loop with redundant constraints, for lengths and axes given with few digits. A misfit up
     to it is moved into the loop's marker and reported; a larger one stops the run. Loops only."""
-    laws: Annotated[tuple[Mapping[str, Any], ...], Laws()] = ()
+    laws: Annotated[tuple[JointLaw, ...], LawTables()] = ()
     """[[joints.laws]]: spring and damper tables, stops, friction and latches of single coordinates."""
 
     release: Annotated[float, Quantity("s", least=0.0)] | None = None
@@ -72,19 +71,22 @@ class JointTable(Table):
     @model_validator(mode="after")
     def _laws_fit(self) -> JointTable:
         exactly_one(self, ("release", "release_at"), required=False)
-        try:
-            laws, latches = read_laws(self.laws, self.coordinates())
-        except ValueProblem as problem:
-            refuse(str(problem))
-        slides = sum(unit == "m" for unit in self.coordinates().values())
+        units, laws = self.coordinates(), []
+        for k, table in enumerate(self.laws, start=1):
+            try:
+                laws.append(read_law(table, units))
+            except ValueProblem as problem:
+                refuse(f"laws: entry {k}: {problem}")
+        vars(self)["laws"] = tuple(laws)
+        slides = sum(unit == "m" for unit in units.values())
         prescribed = [
             *(self.motions("position") or (None,) * slides),
             *(self.motions("angle") or self.motions("angles")),
         ]
-        names = list(self.coordinates())
-        for kind, k in [*((law.kind, law.freedom) for law in laws), *(("latch", latch.freedom) for latch in latches)]:
-            if k < len(prescribed) and prescribed[k] is not None:
-                refuse(f"found a {kind} on {names[k]!r}, whose motion is prescribed; it has no effect, so remove it")
+        for law in laws:
+            if law.freedom < len(prescribed) and prescribed[law.freedom] is not None:
+                name = list(units)[law.freedom]
+                refuse(f"found a {law.kind} on {name!r}, whose motion is prescribed; it has no effect, so remove it")
         return self
 
     def motions(self, key: str) -> tuple[Motion | None, ...]:

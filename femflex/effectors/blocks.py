@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 
 from femflex.arrays import Array
 from femflex.effectors import block_kernels
-from femflex.effectors.noun import UNLIMITED
+from femflex.noun.parametric import UNLIMITED
 from femflex.system.controller import Controller
 from femflex.system.effector import Effector
 from femflex.system.evaluation import CHANNEL_FOLDER

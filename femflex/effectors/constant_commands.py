@@ -8,8 +8,8 @@ from typing import TypeGuard
 import numpy as np
 
 from femflex.effectors.block_kernels import state_space
-from femflex.effectors.noun import UNLIMITED
 from femflex.effectors.signal import constant_signal
+from femflex.noun.parametric import UNLIMITED
 from femflex.system.controller import Controller
 from femflex.system.effector import Effector
 from femflex.system.system import System

@@ -13,9 +13,10 @@ from pydantic import Field, StrictBool, model_validator
 from femflex.arrays import Array
 from femflex.effectors import blocks
 from femflex.effectors.blocks import StateSpace
-from femflex.effectors.noun import UNLIMITED, EffectorNoun
+from femflex.effectors.noun import EffectorNoun
 from femflex.effectors.sensor import Sensor
 from femflex.noun.inertia import InertiaMatrix
+from femflex.noun.parametric import UNLIMITED
 from femflex.noun.problems import suggestion_text
 from femflex.noun.table import Name, refuse
 from femflex.noun.values import Count, Duration, Positive, Quantity, ValueProblem, _Readable

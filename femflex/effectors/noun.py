@@ -27,9 +27,6 @@ from __future__ import annotations
 
 import math
 import re
-import types
-import typing
-from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
 
@@ -40,17 +37,15 @@ from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.effectors.registry import register
 from femflex.kernels.entries import ACT, Entry
-from femflex.noun.table import Table
+from femflex.noun.parametric import Parametric, offsets
 from femflex.noun.values import Quantity, _Readable
 from femflex.system.acting import ALONE, Context
 from femflex.system.controller import Controller
 from femflex.system.effector import ACCOUNTS, EXERTED, Effector
 from femflex.system.variation import Variation
 
-UNLIMITED = 1e300  # in place of a limit that is not given
 
-
-class EffectorNoun(Table):
+class EffectorNoun(Parametric):
     """An effector as a table and as an object: see this module.
 
     label     its name in messages; the words of the class's name where it gives none
@@ -59,7 +54,6 @@ class EffectorNoun(Table):
               its values says so in `effector`
     writes_all  whether its function writes all its results, so that these are not set to zero beforehand
     gives_signals  whether its name alone may stand among the inputs of a controller (see `signals`)
-    derived   names of numbers in addition to those of its fields, which `numbers` returns
     """
 
     label: ClassVar[str] = "effector"
@@ -71,7 +65,6 @@ class EffectorNoun(Table):
     exerts: ClassVar[tuple[str, ...]] = EXERTED
     writes_all: ClassVar[bool] = False
     gives_signals: ClassVar[bool] = False
-    derived: ClassVar[tuple[str, ...]] = ()
 
     def __init_subclass__(cls, heading: str = "", **options: Any) -> None:
         super().__init_subclass__(**options)
@@ -94,35 +87,11 @@ class EffectorNoun(Table):
         seen        position, attitude, velocity, rate (of the first marker; the second follows each), inputs
         out         force, torque, the states (their rates), the channels, and the accounts of energy and mass
         """
-        numbers, n = {}, 0
-        for name, size in cls.number_sizes().items():
-            numbers[name] = n
-            n += size
         m = cls.n_markers
         seen = {"position": 0, "attitude": 3 * m, "velocity": 12 * m, "rate": 15 * m, "inputs": 18 * m}
         out = {"force": 0, "torque": 3 * m}
         out |= {name: 6 * m + k for k, name in enumerate((*cls.states, *cls.channels, *ACCOUNTS))}
-        return _offsets("Parameters", numbers), _offsets("Seen", seen), _offsets("Out", out)
-
-    @classmethod
-    def number_sizes(cls) -> dict[str, int]:
-        """Number of values of each of its numbers, in their order."""
-        sizes = {}
-        for name, field in cls.model_fields.items():
-            quantity = _quantity(field.metadata) or _quantity([field.annotation])
-            if quantity is not None and None not in quantity.shape:
-                sizes[name] = math.prod(size for size in quantity.shape if size is not None)
-        return sizes | dict.fromkeys(cls.derived, 1)
-
-    def numbers(self) -> dict[str, ArrayLike]:
-        """Values of its numbers by name; one that is not given is UNLIMITED. Nouns with `derived` numbers add these."""
-        values = {name: getattr(self, name) for name in self.number_sizes() if name not in self.derived}
-        return {name: UNLIMITED if value is None else value for name, value in values.items()}
-
-    def parameters(self) -> Array:
-        """Its numbers (n,), one after another."""
-        numbers = self.numbers()
-        return np.concatenate([np.atleast_1d(np.asarray(numbers[name], float)) for name in self.number_sizes()])
+        return cls.parameter_places(), offsets("Seen", seen), offsets("Out", out)
 
     def markers(self) -> tuple[tuple[str, str], ...]:
         """(body, marker) of each place at which it acts."""
@@ -233,18 +202,3 @@ def unit_direction(name: str, what: str, vector: ArrayLike) -> Array:
     if v.shape != (3,) or not (math.isfinite(length) and length > 0.0):
         raise ValueError(f"{what} of {name!r} is {v.tolist()}; expected three numbers, not all zero")
     return v / length
-
-
-def _offsets(name: str, places: Mapping[str, int]) -> Any:
-    return namedtuple(name, list(places))(**places)
-
-
-def _quantity(annotations: Sequence[Any]) -> Quantity | None:
-    """The Quantity in a field's annotation, inside Annotated and unions."""
-    for annotation in annotations:
-        if isinstance(annotation, Quantity):
-            return annotation
-        if typing.get_origin(annotation) in (typing.Annotated, typing.Union, types.UnionType):
-            if (inner := _quantity(typing.get_args(annotation))) is not None:
-                return inner
-    return None

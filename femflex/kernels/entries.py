@@ -30,6 +30,7 @@ REAL, INTEGER, VOID = types.float64, types.int64, types.void
 
 USER = VOID(REAL, NUMBERS, NUMBERS, NUMBERS)  # of functions that users hand over: t, and three arrays
 ACT = VOID(REAL, NUMBERS, NUMBERS, NUMBERS, NUMBERS)  # of effectors: t, what is seen, states, parameters, what is given
+LAW_FUNCTION = VOID(REAL, REAL, NUMBERS, NUMBERS)  # of laws of joints: coordinate, rate, parameters, what is given
 
 _PLAIN: dict[int, Callable[..., Any]] = {}  # by address, with the compiler off
 

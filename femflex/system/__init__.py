@@ -21,7 +21,7 @@ from femflex.system.kinds import (
     weld,
 )
 from femflex.system.latch import Latch, Threshold
-from femflex.system.law import Friction, Law
+from femflex.system.law import Friction, JointLaw, Law
 from femflex.system.length_table import LengthTable
 from femflex.system.load import Load
 from femflex.system.loop import Closure, closure
@@ -52,6 +52,7 @@ __all__ = [
     "Frame",
     "Friction",
     "Joint",
+    "JointLaw",
     "Latch",
     "Law",
     "LengthTable",

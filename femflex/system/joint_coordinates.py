@@ -53,7 +53,7 @@ def started_motion(joint: Joint) -> tuple[Array, Array]:
 def check_laws(joint: Joint) -> None:
     """Raise ValueError for a law or a latch on no freedom of the joint, on a ball or on a prescribed freedom."""
     latched = [latch.freedom for latch in joint.latches]
-    for what, k in [*((f"a {law.kind}", law.freedom) for law in joint.laws), *(("a latch", k) for k in latched)]:
+    for what, k in ((f"a {law.kind}", law.freedom) for law in (*joint.laws, *joint.latches)):
         if not 0 <= k < joint.n_u:
             raise ValueError(
                 f"{what} of joint {joint.label!r} acts on degree of freedom {k}; the joint has {joint.n_u}, from 0"

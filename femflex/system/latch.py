@@ -3,6 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+from pydantic.json_schema import SkipJsonSchema
+
+from femflex.noun.table import refuse
+from femflex.system.law import LATCHED, ByCoordinate, JointLaw, Piece
 
 
 @dataclass(frozen=True)
@@ -31,38 +39,46 @@ class Threshold:
         return self.above - value if self.above is not None else value - (self.below or 0.0)
 
 
-@dataclass(frozen=True)
-class Latch:
-    """Locks freedom number `freedom` when its coordinate reaches `at`.
+class Latch(JointLaw):
+    """Locks its coordinate when this reaches `at`.
 
-    Rigid (no stiffness): the rate becomes zero at once, an impact that keeps momentum and takes energy, and the freedom
-    is locked from then on. Elastic: a spring and damper about `at` set in, and nothing is lost at once.
-
-    With `opens` it is the other way round: the freedom is locked from the start, and free from that time [s] on, or
-    from when a Threshold is crossed. `at` is then the coordinate's initial value.
+    Rigid (no stiffness): the rate becomes zero at once, an impact that keeps momentum and takes energy, and the
+    coordinate is locked from then on. Elastic: a spring and damper about `at` set in, and nothing is lost at once.
     """
 
-    freedom: int = 0
-    at: float = 0.0
-    stiffness: float = 0.0
-    damping: float = 0.0
-    opens: float | Threshold | None = None
+    kind: Literal["latch"] = "latch"
+    """Selects this law: a latch that locks the coordinate."""
+    at: Annotated[float, ByCoordinate("m")]
+    """Value of the coordinate at which it locks."""
+    stiffness: Annotated[float, ByCoordinate("N/m", least=0.0)] = 0.0
+    """Stiffness after locking. Default: the latch is rigid and locks by an impact."""
+    damping: Annotated[float, ByCoordinate("N s/m", least=0.0)] = 0.0
+    """Damping coefficient after locking."""
+    opens: SkipJsonSchema[float | Threshold | None] = Field(None, exclude=True)
+    """From Python: time [s] or Threshold at which it opens. It locks from the start, where the coordinate then is."""
 
-    def __post_init__(self) -> None:
-        if self.stiffness < 0 or self.damping < 0 or (self.damping and not self.stiffness):
-            raise ValueError(
-                f"a latch has stiffness {self.stiffness:g} and damping {self.damping:g}; they must not be negative, "
-                "and damping needs a stiffness"
-            )
-
+    @model_validator(mode="after")
+    def _values_fit(self) -> Latch:
+        if self.damping and not self.stiffness:
+            refuse(f"a latch has damping {self.damping:g} without stiffness; damping needs a stiffness")
         early = not isinstance(self.opens, Threshold) and self.opens is not None and not self.opens >= 0.0
         if self.opens is not None and (self.stiffness or early):
-            raise ValueError(
+            refuse(
                 f"a latch opens at {self.opens} s with stiffness {self.stiffness:g}; one that opens is rigid, and "
                 "opens at or after 0 s"
             )
+        return self
 
     @property
     def rigid(self) -> bool:
         """Whether it locks by an impact."""
         return self.stiffness == 0.0
+
+    @property
+    def stiffest(self) -> float:
+        """Its stiffness once it has locked."""
+        return self.stiffness
+
+    def pieces(self) -> list[Piece]:
+        """Stiffness, damping and place."""
+        return [(LATCHED, np.array([self.stiffness, self.damping, self.at]))]

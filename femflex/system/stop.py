@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import model_validator
 
 from femflex.arrays import Array
-from femflex.system.law import CONTACT, SPRING, Elastic, Piece
+from femflex.noun.table import refuse
+from femflex.system.law import CONTACT, ByCoordinate, Elastic, Piece
 from femflex.system.profile import STEP, Profile, powers
 
 
-@dataclass(frozen=True, eq=False)
 class Stop(Elastic):
     """Stops at a lower and an upper limit, or one of them: a stiffness and damping that set in beyond it.
 
@@ -22,24 +22,26 @@ class Stop(Elastic):
     coordinate and an integrator of order 8 follows it with steps of about the time that the width takes.
     """
 
-    lower: float | None = None
-    upper: float | None = None
-    stiffness: float = 0.0
-    damping: float = 0.0
-    width: float = 0.01
+    kind: Literal["stop"] = "stop"
+    """Selects this law: a stop at a lower limit, an upper limit, or both."""
+    lower: Annotated[float, ByCoordinate("m")] | None = None
+    """Lower limit of the coordinate. Default: none."""
+    upper: Annotated[float, ByCoordinate("m")] | None = None
+    """Upper limit of the coordinate. Default: none."""
+    stiffness: Annotated[float, ByCoordinate("N/m", above=0.0)]
+    """Stiffness beyond the limit."""
+    damping: Annotated[float, ByCoordinate("N s/m", least=0.0)] = 0.0
+    """Damping coefficient beyond the limit."""
+    width: Annotated[float, ByCoordinate("m", above=0.0)] = 0.01
+    """Depth over which stiffness and damping rise."""
 
-    kind: ClassVar[str] = "stop"
-
-    def __post_init__(self) -> None:
+    @model_validator(mode="after")
+    def _limits_fit(self) -> Stop:
         if self.lower is None and self.upper is None:
-            raise ValueError("a stop needs a lower or an upper limit, or both")
+            refuse("a stop needs a lower or an upper limit, or both")
         if self.lower is not None and self.upper is not None and not self.lower < self.upper:
-            raise ValueError(f"the lower limit {self.lower:g} of a stop is not below its upper limit {self.upper:g}")
-        if not self.stiffness > 0 or self.damping < 0 or not self.width > 0:
-            raise ValueError(
-                f"a stop has stiffness {self.stiffness:g}, damping {self.damping:g} and width {self.width:g}; "
-                "stiffness and width must be positive, damping not negative"
-            )
+            refuse(f"the lower limit {self.lower:g} of a stop is not below its upper limit {self.upper:g}")
+        return self
 
     def _piecewise(self, middle: Array, outside: Array) -> Profile:
         """0 inside; at a depth d beyond a limit `middle` in powers of d, past the width `far` in those of d - w."""
@@ -78,15 +80,9 @@ class Stop(Elastic):
     def stiffest(self) -> float:
         return self.stiffness
 
-    def force(self, q: Array, u: Array) -> Array:
-        return self.potential(q)[1] + self.contact(q)[0] * u
-
-    def power(self, q: Array, u: Array) -> Array:
-        return self.contact(q)[0] * u**2
-
-    def kernel_pieces(self) -> list[Piece]:
-        out = [(SPRING, self.potential.numbers)]
-        return [*out, (CONTACT, self.contact.numbers)] if self.damping else out
+    def pieces(self) -> list[Piece]:
+        """Its potential, and its damping where it has some."""
+        return [*super().pieces(), *([(CONTACT, self.contact.numbers)] if self.damping else [])]
 
 
 def _reflected(c: Array, w: float) -> Array:

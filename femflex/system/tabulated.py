@@ -1,78 +1,86 @@
-"""Springs and dampers of joints by a table: a monotone cubic through the given forces, integrated once."""
+"""Springs and dampers of joints by a table: a monotone cubic through the forces of the table, integrated once."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from itertools import pairwise
+from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from pydantic import model_validator
 
-from femflex.arrays import Array
-from femflex.system.law import DAMPER, Elastic, Law, Piece
+from femflex.noun.table import refuse
+from femflex.noun.values import counted_noun
+from femflex.system.law import DAMPER, ByCoordinate, Elastic, Law, Piece
 from femflex.system.profile import Profile
 
+Numbers = tuple[float, ...]
 
-@dataclass(frozen=True, eq=False)
+
 class TabulatedSpring(Elastic):
-    """Resisting force through a table over the coordinate, monotone between monotone points, linear beyond them.
+    """A spring by a table: monotone between monotone points, linear beyond them. Its force is C1 (piecewise cubic)."""
 
-    stretch (n,) ascending [m, rad];  resisting (n,) [N, N m]. The force is C1 (piecewise cubic).
-    """
+    kind: Literal["spring"] = "spring"
+    """Selects this law: a spring by a table."""
+    at: Annotated[Numbers, ByCoordinate("m", (None,))]
+    """Values of the coordinate, rising."""
+    force: Annotated[Numbers, ByCoordinate("N", (None,))]
+    """Resisting force or torque at each value."""
 
-    stretch: ArrayLike = ()
-    resisting: ArrayLike = ()
-
-    kind: ClassVar[str] = "spring"
+    @model_validator(mode="after")
+    def _points_fit(self) -> TabulatedSpring:
+        _check_points(self.kind, self.at, self.force)
+        return self
 
     @cached_property
     def potential(self) -> Profile:
-        return _integral(self.stretch, self.resisting, "spring")
+        """V, V' and V'' of the coordinate, V zero at zero."""
+        return _integral(self.at, self.force)
 
 
-@dataclass(frozen=True, eq=False)
 class TabulatedDamper(Law):
-    """Resisting force through a table over the rate, monotone between monotone points, linear beyond them.
+    """A damper by a table: monotone between monotone points, linear beyond them."""
 
-    rate (n,) ascending [m/s, rad/s];  resisting (n,) [N, N m]; it must not push: force times rate is not negative.
-    """
+    kind: Literal["damper"] = "damper"
+    """Selects this law: a damper by a table."""
+    rate: Annotated[Numbers, ByCoordinate("m/s", (None,))]
+    """Rates of the coordinate, rising."""
+    force: Annotated[Numbers, ByCoordinate("N", (None,))]
+    """Resisting force or torque at each rate."""
 
-    rate: ArrayLike = ()
-    resisting: ArrayLike = ()
-
-    kind: ClassVar[str] = "damper"
-
-    def __post_init__(self) -> None:
-        rate, force = np.asarray(self.rate, float), np.asarray(self.resisting, float)
-        _ = self.dissipation
-        if np.any(rate * force < 0):
-            k = int(np.argmax(rate * force < 0))
-            raise ValueError(f"a damper with force {force[k]:g} at rate {rate[k]:g} drives the joint; it must resist")
+    @model_validator(mode="after")
+    def _it_resists(self) -> TabulatedDamper:
+        _check_points(self.kind, self.rate, self.force)
+        for rate, force in zip(self.rate, self.force, strict=True):
+            if rate * force < 0:
+                refuse(f"a damper with force {force:g} at rate {rate:g} drives the joint; it must resist")
+        return self
 
     @cached_property
     def dissipation(self) -> Profile:
         """Rayleigh's R(u) with R' the force."""
-        return _integral(self.rate, self.resisting, "damper")
+        return _integral(self.rate, self.force)
 
-    def force(self, q: Array, u: Array) -> Array:
-        return self.dissipation(u)[1]
-
-    def kernel_pieces(self) -> list[Piece]:
+    def pieces(self) -> list[Piece]:
+        """Its dissipation function."""
         return [(DAMPER, self.dissipation.numbers)]
 
 
-def _integral(x: ArrayLike, f: ArrayLike, what: str) -> Profile:
+def _check_points(kind: str, points: Numbers, force: Numbers) -> None:
+    if len(points) != len(force):
+        places, forces = counted_noun(len(points), "place", "places"), counted_noun(len(force), "force", "forces")
+        refuse(f"found {places} and {forces} in a {kind}; give as many of both")
+    if len(points) < 2:
+        refuse(f"a tabulated {kind} needs two equally long lists of at least 2 numbers")
+    if any(b <= a for a, b in pairwise(points)):
+        refuse(f"the first list of a tabulated {kind} must ascend: {list(points)}")
+
+
+def _integral(points: Numbers, forces: Numbers) -> Profile:
     """V(x), zero at x = 0, with V' through the table (n,)."""
-    x, f = np.asarray(x, float), np.asarray(f, float)
-    if x.ndim != 1 or x.shape != f.shape or len(x) < 2:
-        raise ValueError(f"a tabulated {what} needs two equally long lists of at least 2 numbers")
-    if not (np.all(np.isfinite(x)) and np.all(np.isfinite(f))):
-        raise ValueError(f"a tabulated {what} holds a number that is not finite")
-    if np.any(np.diff(x) <= 0):
-        raise ValueError(f"the first list of a tabulated {what} must ascend: {x.tolist()}")
     from scipy.interpolate import PchipInterpolator
 
+    x, f = np.array(points), np.array(forces)
     table = PchipInterpolator(x, f)
     slopes = table(x[[0, -1]], 1)
     rows = np.zeros((len(x) + 1, 5))

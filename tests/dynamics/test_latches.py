@@ -58,7 +58,7 @@ def test_impacts_conserve_momentum_and_lose_reported_energy():
 
 @pytest.mark.parametrize("method", ["dop853", "esdirk4"])
 def test_latch_time_and_loss_of_falling_cart(method):
-    pull = TabulatedSpring(stretch=[-1.0, 1.0], resisting=[-6.0, -6.0])  # a steady pull of 6 N on 2 kg
+    pull = TabulatedSpring(at=[-1.0, 1.0], force=[-6.0, -6.0])  # a steady pull of 6 N on 2 kg
     joint = prismatic("cart", laws=(pull,), latches=(Latch(0, 0.5),))
     model = compile_system(System({"cart": rigid_body(2.0, np.eye(3))}, (joint,)))
     settings = {"dop853": TIGHT, "esdirk4": {"rtol": 1e-9, "atol": 1e-10}}.get(method, {"rtol": 1e-8, "atol": 1e-9})

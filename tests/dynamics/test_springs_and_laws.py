@@ -117,36 +117,41 @@ def test_damped_spring_dissipates_energy_lost():
 
 
 LAWS = (
-    TabulatedSpring(stretch=[-1.0, 0.0, 0.5, 2.0], resisting=[-4.0, 0.0, 1.0, 9.0]),
-    TabulatedDamper(rate=[-2.0, 0.0, 1.0, 3.0], resisting=[-3.0, 0.0, 0.5, 4.0]),
+    TabulatedSpring(at=[-1.0, 0.0, 0.5, 2.0], force=[-4.0, 0.0, 1.0, 9.0]),
+    TabulatedDamper(rate=[-2.0, 0.0, 1.0, 3.0], force=[-3.0, 0.0, 0.5, 4.0]),
     Stop(lower=-0.3, upper=0.4, stiffness=50.0, damping=2.0, width=0.1),
     Stop(upper=0.1, stiffness=20.0, width=0.05, name="bumper"),
     Stop(lower=0.2, stiffness=20.0, width=0.05, name="pad"),
-    Friction(limit=0.7, velocity=0.2),
+    Friction(force=0.7, velocity=0.2),
 )
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name or law.kind)
 def test_joint_laws_are_gradient_of_energy_and_dissipate(law):
     q, h = np.linspace(-1.7, 2.4, 83), 1e-4
-    zero = np.zeros_like(q)
-    gradient = (law.energy(q - 2 * h) - 8 * law.energy(q - h) + 8 * law.energy(q + h) - law.energy(q + 2 * h)) / (
-        12 * h
-    )
-    assert law.force(q, zero) == pytest.approx(gradient, abs=1e-6)  # knots of C1 tables: third derivative jumps
+    energies = [law_values(law, q + k * h)["monitors/spring"] for k in (-2, -1, 1, 2)]
+    gradient = np.array([1, -8, 8, -1]) @ energies / (12 * h)
+    force = f"laws/{law.name or f'rail.{law.kind}'}/force"
+    still = law_values(law, q)[force]
+    assert still == pytest.approx(gradient, abs=1e-6)  # knots of C1 tables: third derivative jumps
     for u in (-2.5, -0.1, 0.1, 2.5):
-        assert np.all(law.power(q, u + zero) >= 0)
-        work = law.force(q, u + zero) * u - law.force(q, zero) * u
-        assert law.power(q, u + zero) == pytest.approx(work, abs=1e-12)
+        seen = law_values(law, q, u)
+        assert np.all(seen["monitors/dissipation"] >= 0)
+        assert seen["monitors/dissipation"] == pytest.approx((seen[force] - still) * u, abs=1e-12)
 
 
 def slider(**more):
     """A mass of 2 kg on a rail."""
-    return compile_system(System({"cart": rigid_body(2.0, np.eye(3))}, (prismatic("cart", **more),)))
+    return compile_system(System({"cart": rigid_body(2.0, np.eye(3))}, (prismatic("cart", name="rail", **more),)))
+
+
+def law_values(law, q, u=0.0):
+    """Channels of a slider with a law at coordinates q (n,) and a rate."""
+    return slider(laws=(law,)).observe(np.zeros(len(q)), np.stack([q, u + 0 * q], axis=1))
 
 
 def test_coulomb_friction_stopping_distance():
-    model = slider(laws=(Friction(limit=4.0, velocity=1e-5),), u0=[3.0])
+    model = slider(laws=(Friction(force=4.0, velocity=1e-5),), u0=[3.0])
     states = integrator("dop853", rtol=1e-10, atol=1e-10).solve(model, np.linspace(0, 2.0, 21), model.x0).states
     t = 3.0 * 2.0 / 4.0  # until it rests
     assert states[5, 0] == pytest.approx(3.0 * 0.5 - 0.5 * 2.0 * 0.5**2, abs=1e-5)
@@ -170,7 +175,7 @@ def test_cart_between_stops_conserves_energy(method):
 def test_sticking_joint_takes_long_implicit_steps():
     """Without friction's slope Newton's method contracts only up to h = 0.8 m v / (gamma limit), 2 ms here."""
     limit, creep, mass, gamma = 3.0, 1e-3, 2.0, 0.25
-    model = slider(laws=(Friction(limit=limit, velocity=creep),), stiffness=2.0, u0=[1.0])
+    model = slider(laws=(Friction(force=limit, velocity=creep),), stiffness=2.0, u0=[1.0])
     solution = integrator("esdirk4", rtol=1e-6, atol=1e-7).solve(model, np.linspace(0, 40, 11), model.x0)
     without = 0.8 * mass * creep / (gamma * limit)
     assert solution.steps.largest > 100 * without
@@ -205,6 +210,6 @@ def test_highest_rate_of_dampers():
     model = compile_system(slides(damping=(300.0, 40.0)))
     rates = np.linalg.eigvals(np.linalg.solve(M, np.diag([300.0, 40.0])))
     assert model.max_frequency == pytest.approx(rates.max(), rel=1e-7)
-    rubbed = compile_system(slides(Friction(limit=2.0, velocity=0.01)))
+    rubbed = compile_system(slides(Friction(force=2.0, velocity=0.01)))
     assert rubbed.max_frequency == pytest.approx(2.0 / 0.01 * np.linalg.inv(M)[1, 1], rel=1e-3)
     assert compile_system(slides()).max_frequency == 0.0

@@ -10,7 +10,7 @@ import numpy as np
 from femflex.arrays import Array, IntArray
 from femflex.dynamics.joints.law_report import law_places
 from femflex.dynamics.lowering.layout import body_records
-from femflex.system import Law, System
+from femflex.system import System
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
@@ -111,7 +111,7 @@ def law_frequency(model: Model) -> float:
     for law_place in law_places(model.system):
         unit, out = np.zeros(model.n_u), np.empty(model.n_u)
         unit[law_place.u] = 1.0
-        stiffest = law_place.law.stiffest if isinstance(law_place.law, Law) else law_place.law.stiffness
+        stiffest = law_place.law.stiffest
         if stiffest > 0:
             q = np.ascontiguousarray(model.x0[: model.n_q])
             rhs = np.concatenate([unit, model.parts(model.x0)[2]])

@@ -62,7 +62,8 @@ def _locked(joint: Joint, at: float | None) -> Joint:
             )
         still[k] = q0[k] = float(profile(at or 0.0)[0])
     latches = tuple(
-        replace(latch, opens=math.inf) if isinstance(latch.opens, Threshold) else latch for latch in joint.latches
+        latch.model_copy(update={"opens": math.inf}) if isinstance(latch.opens, Threshold) else latch
+        for latch in joint.latches
     )
     return replace(joint, motion=tuple(still), latches=latches, q0=q0, u0=0.0 * joint.u0)
 

@@ -1,13 +1,15 @@
 """Laws of joint freedoms and elastic latches: resisting forces, and the energy they store.
 
 Numbers of a law: a potential V(q), Rayleigh's R(u) or a damping c(q) as piecewise polynomials (see profiles); limit and
-velocity scale of friction; stiffness, damping and place of an elastic latch.
+velocity scale of friction; stiffness, damping and place of an elastic latch; parameters of a law with a function.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -18,12 +20,12 @@ from femflex.dynamics.joints.law_report import law_places
 from femflex.dynamics.lowering.layout import ENERGY_SPRING, W_RESIST, W_TAU, body_of, header_of, record_reader
 from femflex.dynamics.lowering.pool import Pool, Scratch
 from femflex.kernels.compiled import inner
-from femflex.kernels.entries import entry
-from femflex.kernels.lanes import offset
+from femflex.kernels.entries import LAW_FUNCTION, Entry, caller, entry
+from femflex.kernels.lanes import offset, put_lane, zero_lane
 from femflex.kernels.profiles import profile_at
 from femflex.kernels.vectors import Vector
-from femflex.system import Channel, Joint, Latch, Law, System
-from femflex.system.law import CONTACT, DAMPER, FRICTION, LATCHED, SPRING
+from femflex.system import Channel, Joint, Latch, System
+from femflex.system.law import CALLED, CONTACT, DAMPER, FRICTION, GIVEN, LATCHED, SPRING
 
 LAW = np.dtype(
     [
@@ -34,12 +36,15 @@ LAW = np.dtype(
             "kind", "numbers",  # of a piece of the law; pool (see above)
             "latch",  # place in z of a latch's time: acts from then on; -1 without
             "item",  # number of the law, or elastic latch, whose piece this is
+            "act", "out",  # of a law with a function: its address, and where in work it writes (system.law.GIVEN)
         )
     ]
 )  # fmt: skip
 N_LAW = len(LAW.names or ())
 
 law_at = record_reader(LAW)
+call_law = caller(LAW_FUNCTION)
+FORCE, ENERGY, DISSIPATION, STIFFNESS, DAMPING = range(len(GIVEN))
 
 
 @inner
@@ -55,7 +60,17 @@ def elastic_law(law: Record, q: Array, z: Array, pool: Array) -> Vector:
 
 
 @inner
-def law_force(law: Record, q: Array, u: Array, z: Array, pool: Array) -> float:
+def call_function(law: Record, q: Array, u: Array, pool: Array, work: Array) -> int:
+    """Call the function of a law, and return where in work it has written."""
+    out = law["out"]
+    put_lane(work, out, zero_lane())
+    put_lane(work, out + 4, zero_lane())
+    call_law(law["act"], q[law["q"]], u[law["u"]], offset(pool, law["numbers"]), offset(work, out))
+    return int(out)
+
+
+@inner
+def law_force(law: Record, q: Array, u: Array, z: Array, pool: Array, work: Array) -> float:
     """Resisting force of a law."""
     x, rate, numbers = q[law["q"]], u[law["u"]], law["numbers"]
     force = elastic_law(law, q, z, pool)[1]
@@ -67,11 +82,13 @@ def law_force(law: Record, q: Array, u: Array, z: Array, pool: Array) -> float:
         force += pool[numbers] * math.tanh(rate / pool[numbers + 1])
     elif law["kind"] == LATCHED and z[law["latch"]] >= 0.0:
         force += pool[numbers + 1] * rate
+    elif law["kind"] == CALLED:
+        force = work[call_function(law, q, u, pool, work) + FORCE]
     return force
 
 
 @inner
-def law_slopes(law: Record, q: Array, u: Array, z: Array, pool: Array) -> tuple[float, float]:
+def law_slopes(law: Record, q: Array, u: Array, z: Array, pool: Array, work: Array) -> tuple[float, float]:
     """Slopes of a law's force, by its coordinate and by its rate."""
     x, rate, numbers = q[law["q"]], u[law["u"]], law["numbers"]
     stiffness, drag = elastic_law(law, q, z, pool)[2], 0.0
@@ -85,6 +102,9 @@ def law_slopes(law: Record, q: Array, u: Array, z: Array, pool: Array) -> tuple[
         drag = pool[numbers] / pool[numbers + 1] * (1.0 - slip * slip)
     elif law["kind"] == LATCHED and z[law["latch"]] >= 0.0:
         drag = pool[numbers + 1]
+    elif law["kind"] == CALLED:
+        out = call_function(law, q, u, pool, work)
+        stiffness, drag = work[out + STIFFNESS], work[out + DAMPING]
     return stiffness, drag
 
 
@@ -104,7 +124,7 @@ def apply(
         law = law_at(table, first_piece(table, start) + N_LAW * j)
         if first <= law["item"] < last:
             tau = body_of(table, law["body"])["work"] + W_TAU + law["freedom"]
-            work[tau] -= law_force(law, q, u, z, pool)
+            work[tau] -= law_force(law, q, u, z, pool, work)
 
 
 @entry(RESIST)
@@ -115,7 +135,7 @@ def resist(
     z = offset(work, header_of(table)["z"])
     for j in range(table[start]):
         law = law_at(table, first_piece(table, start) + N_LAW * j)
-        stiffness, drag = law_slopes(law, q, u, z, pool)
+        stiffness, drag = law_slopes(law, q, u, z, pool, work)
         entry = body_of(table, law["body"])["work"] + W_RESIST + law["freedom"]
         work[entry] += c_d * max(0.0, drag) + c_k * max(0.0, stiffness)
 
@@ -130,10 +150,13 @@ def report(
         row[i] = 0.0
     for j in range(table[start]):
         law = law_at(table, first_piece(table, start) + N_LAW * j)
-        force, (energy, elastic, _) = law_force(law, q, u, z, pool), elastic_law(law, q, z, pool)
+        force, (energy, elastic, _) = law_force(law, q, u, z, pool, work), elastic_law(law, q, z, pool)
+        lost = (force - elastic) * u[law["u"]]
+        if law["kind"] == CALLED:
+            energy, lost = work[law["out"] + ENERGY], work[law["out"] + DISSIPATION]
         row[law["item"]] += force
         account[A_ENERGY] += energy
-        account[A_DISSIPATION] += (force - elastic) * u[law["u"]]
+        account[A_DISSIPATION] += lost
 
 
 class Laws(ForceTerm):
@@ -149,8 +172,11 @@ class Laws(ForceTerm):
         pieces: list[tuple[int, ...]] = []
         for item, law_place in enumerate(law_places(system)):
             i, k = 1 + system.order.index(law_place.joint.child), law_place.law.freedom
-            for kind, numbers in pieces_of(law_place.law):
-                pieces.append((i, k, law_place.q, law_place.u, kind, pool.add(numbers), law_place.time, item))
+            for kind, numbers in law_place.law.pieces():
+                act = law_entry(type(law_place.law).act).address if kind == CALLED else 0
+                out = scratch.take(len(GIVEN)) if kind == CALLED else 0
+                place = i, k, law_place.q, law_place.u
+                pieces.append((*place, kind, pool.add(numbers), law_place.time, item, act, out))
             bodies[i]["sprung"], bodies[i]["lawful"], bodies[i]["full"] = 1, 1, 0
         return np.array([len(pieces), *(number for piece in pieces for number in piece)], np.int64)
 
@@ -167,17 +193,16 @@ class Laws(ForceTerm):
         return [law_place.name for law_place in law_places(system) if isinstance(law_place.law, Latch)]
 
 
-def pieces_of(law: Law | Latch) -> list[tuple[int, Array]]:
-    """Return the summed pieces of a law or an elastic latch that the compiled equations evaluate: kind and numbers."""
-    if isinstance(law, Law):
-        return law.kernel_pieces()
-    return [(LATCHED, np.array([law.stiffness, law.damping, law.at]))]
+@cache
+def law_entry(function: Callable[..., None]) -> Entry:
+    """The compiled function of a law."""
+    return Entry(function, LAW_FUNCTION)
 
 
 def without_law(joint: Joint, name: str) -> Joint:
     """The joint without the law of that name; itself when it has none."""
     laws = [
-        replace(law, name=law_name)
+        law.model_copy(update={"name": law_name})
         for law, law_name in zip(joint.laws, joint.law_names(), strict=True)
         if law_name != name
     ]  # the others keep their names

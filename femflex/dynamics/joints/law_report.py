@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.system import Channel, Effector, Joint, Latch, Law, System
+from femflex.system import Channel, Effector, Joint, JointLaw, Latch, System
 from femflex.system.joint_coordinates import OPEN
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ class LawPlace:
 
     name: str
     joint: Joint
-    law: Law | Latch
+    law: JointLaw
     q: int
     u: int
     time: int
