@@ -33,7 +33,9 @@ _LAWS: dict[str, type[JointLaw]] = {}  # by kind
 
 @dataclass(frozen=True)
 class ByCoordinate(Quantity):
-    """A quantity with that unit along a translation, and with the corresponding one about a rotation."""
+    """A quantity with that unit along a translation; about a rotation with `rotation`, or the corresponding unit."""
+
+    rotation: str = ""
 
     def read_value(self, value: Any, unit: str | None = None) -> Any:
         """The value in SI; unit: of the coordinate, "m" or "rad"; without one, texts may have either unit."""
@@ -50,7 +52,8 @@ class ByCoordinate(Quantity):
     @property
     def of_rotation(self) -> Quantity:
         """The quantity about a rotation."""
-        return Quantity(OF_ROTATION[self.unit], self.shape, self.above, self.below, self.least, self.most)
+        unit = self.rotation or OF_ROTATION[self.unit]
+        return Quantity(unit, self.shape, self.above, self.below, self.least, self.most)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.with_info_plain_validator_function(
@@ -59,7 +62,7 @@ class ByCoordinate(Quantity):
 
     def json_schema(self) -> dict[str, Any]:
         """JSON Schema of the value; `unit` names both units."""
-        return super().json_schema() | {"unit": f"{self.unit} or {OF_ROTATION[self.unit]}"}
+        return super().json_schema() | {"unit": f"{self.unit} or {self.of_rotation.unit}"}
 
 
 def _with_kind(schema: dict[str, Any]) -> None:
@@ -67,10 +70,20 @@ def _with_kind(schema: dict[str, Any]) -> None:
     del schema["properties"]["kind"]["default"]
 
 
+def register(law: type[JointLaw]) -> None:
+    """Let cases have tables of this law, by its kind. A later one of the same kind takes its place."""
+    _LAWS[law.model_fields["kind"].default] = law
+
+
+def forget(kind: str) -> None:
+    """Take the law of this kind away from cases."""
+    del _LAWS[kind]
+
+
 class JointLaw(Parametric):
     """What acts on one coordinate of a joint: base class of laws and latches.
 
-    A class whose `kind` is a literal is known to cases by that name.
+    A class whose `kind` has a default is known to cases by that name.
     """
 
     coordinate: str | SkipJsonSchema[int | None] = None
@@ -83,8 +96,8 @@ class JointLaw(Parametric):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **options: Any) -> None:
-        if (kind := cls.model_fields["kind"].default) in getattr(cls.model_fields["kind"].annotation, "__args__", ()):
-            _LAWS[kind] = cls
+        if not cls.model_fields["kind"].is_required():
+            register(cls)
 
     @classmethod
     def places(cls) -> tuple[Any, Any]:
@@ -163,11 +176,6 @@ class Friction(Law):
     def pieces(self) -> list[Piece]:
         """Force and velocity."""
         return [(FRICTION, self.parameters())]
-
-
-def forget(kind: str) -> None:
-    """Take the law of this kind away from cases."""
-    del _LAWS[kind]
 
 
 def read_law(table: Any, units: Mapping[str, str]) -> JointLaw:

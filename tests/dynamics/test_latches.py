@@ -102,7 +102,7 @@ def test_impact_with_loop_matches_dense_equations():
     B = np.vstack([A, np.eye(model.n_u)[k]])  # loops and the latch
     change = -np.linalg.solve(M, B.T) @ np.linalg.pinv(B @ np.linalg.solve(M, B.T), rcond=1e-10) @ (B @ u)
     crank = next(i for i, (name, _) in enumerate(model.system.coordinate_names()) if name == "drive.angle")
-    latch = replace(model.system.joints[1].latches[0], at=x[crank])  # where the crank is, so that no loop opens
+    latch = model.system.joints[1].latches[0].model_copy(update={"at": x[crank]})  # where it is, so no loop opens
     moved = replace(model.system.joints[1], latches=(latch,), q0=np.zeros(1))
     joints = (model.system.joints[0], moved, *model.system.joints[2:])
     replace(model, system=replace(model.system, joints=joints)).events.apply([0], 1.5, x)
