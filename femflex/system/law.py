@@ -134,6 +134,9 @@ class JointLaw(Parametric):
 
     def pieces(self) -> list[Piece]:
         """The pieces that the compiled equations evaluate and add up; of a law with a function, its parameters."""
+        if self.act is None:
+            name = type(self).__name__
+            raise ValueError(f"law {name} has neither pieces nor a function; give it one, with @{name}.kernel")
         return [(CALLED, self.parameters())]
 
 
