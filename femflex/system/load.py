@@ -23,7 +23,7 @@ class _SteadyOrRows(_Readable):
         self.steady, self.rows = Quantity(unit, (3,)), Quantity(unit, (None, 3))
 
     def read_value(self, value: Any) -> Array:
-        nested = isinstance(value, list | tuple) and len(value) > 0 and np.ndim(value[0]) > 0
+        nested = isinstance(value, list | tuple) and isinstance(next(iter(value), None), list | tuple | np.ndarray)
         return np.array((self.rows if nested else self.steady).read_value(value))
 
     def json_schema(self) -> dict[str, Any]:
@@ -75,7 +75,7 @@ class Load(Table):
                 refuse(f"found times {list(self.times)}; a table needs at least two")
             for before, after in pairwise(self.times):
                 if after < before:
-                    refuse(f"found time {after:g} s after {before:g} s; times must not decrease")
+                    refuse(f"found time {after:g} s after {before:g} s; times must not be decreasing")
         return self
 
     def _check_rows(self, key: str, is_present: bool) -> None:
