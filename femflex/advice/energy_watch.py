@@ -11,9 +11,8 @@ import numpy as np
 from femflex.advice.limits import ENERGY_CHANGE
 from femflex.arrays import Array
 from femflex.dynamics import Model
-from femflex.dynamics.channels import conservative_loads
 from femflex.dynamics.effectors.states import keeps_momentum
-from femflex.dynamics.joints.law_report import is_damped
+from femflex.dynamics.energy_accounts import conservative_loads, is_damped
 from femflex.dynamics.terms.equation_terms import EQUATION_TERMS
 from femflex.system import Effector, System
 from femflex.warning import PhysicsWarning

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.reports.channel_reader import ChannelReader
 from femflex.system import Controller
 from femflex.system.evaluation import CHANNEL_FOLDER, evaluation_order
 
@@ -50,10 +49,6 @@ class Clock:
             samplers.append(Sampler(controller, slice(first, memory), slice(memory, last), last))
         return samplers
 
-    @cached_property
-    def _reader(self) -> ChannelReader:
-        return ChannelReader(self.model)
-
     def next_instant(self, x: Array) -> float:
         """Time of the next call [s]."""
         return float(min(x[sampler.next_instant] for sampler in self.samplers))
@@ -65,7 +60,7 @@ class Clock:
         """
         due = [sampler for sampler in self.samplers if x[sampler.next_instant] <= t]
         paths = sorted({path for sampler in due for path in sampler.controller.sensors})
-        measured = self._reader.values(t, x, paths)
+        measured = self.model.read(t, x, paths) if paths else {}
         for sampler in due:
             controller = sampler.controller
             readings = {path: np.array(measured[path]) for path in controller.sensors}

@@ -17,10 +17,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.joints.law_report import latch_places
+from femflex.dynamics.joints.law_places import latch_places
 from femflex.dynamics.lowering.constraint_layout import R_LAMBDA
 from femflex.dynamics.lowering.layout import HEADER, N_HEADER
-from femflex.dynamics.reports.channel_reader import ChannelReader
 from femflex.system import Latch, Threshold
 from femflex.system.joint_coordinates import RELEASED
 
@@ -57,16 +56,12 @@ class Latches:
             entries.append(LatchEvent(latch_place.latch, first + latch_place.time, latch_place.q, latch_place.u, side))
         return entries
 
-    @cached_property
-    def _reader(self) -> ChannelReader:
-        return ChannelReader(self.model)
-
     def values(self, t: float, x: Array) -> Array:
         """Return the distance of each open latch's coordinate, or of the channel that opens it; 1 for a closed one."""
         out = np.array([_distance(p, t, x) for p in self.latch_events])
         waiting = {k: opens for k, p in enumerate(self.latch_events) if (opens := _threshold(p, x)) is not None}
         if waiting:
-            channels = self._reader.values(t, x, sorted({opens.channel for opens in waiting.values()}))
+            channels = self.model.read(t, x, sorted({opens.channel for opens in waiting.values()}))
             for k, opens in waiting.items():
                 out[k] = opens.distance(float(channels[opens.channel]))
         return out

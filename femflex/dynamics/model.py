@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -10,7 +11,6 @@ import numpy as np
 
 from femflex.arrays import Array, IntArray
 from femflex.dynamics.calls import ConstrainedCalls, SecondOrderCalls
-from femflex.dynamics.channels import channels_of, row_length, row_slices
 from femflex.dynamics.clock import Clock
 from femflex.dynamics.constraints import equations as constrained
 from femflex.dynamics.constraints.assemble import assembled
@@ -18,22 +18,10 @@ from femflex.dynamics.constraints.constrained import Constraints, build_constrai
 from femflex.dynamics.constraints.free_lengths import constrained_free_rate
 from femflex.dynamics.effectors.events import AllEvents, StateEvents
 from femflex.dynamics.effectors.starts import check_distances, with_starts
-from femflex.dynamics.effectors.states import (
-    add_angular_momentum,
-    has_events,
-    observe_states,
-    sensor_problems,
-    threshold_problems,
-)
+from femflex.dynamics.effectors.states import has_events, sensor_problems, threshold_problems
 from femflex.dynamics.equilibria.frequency import highest_frequency
 from femflex.dynamics.equilibria.motion_scale import motion_scales
 from femflex.dynamics.force_terms import force_terms
-from femflex.dynamics.forces.orbit_force import observe_orbit_force
-from femflex.dynamics.joints.channels import observe_joints
-from femflex.dynamics.joints.gimbal_lock import observe_locks
-from femflex.dynamics.joints.law_report import observe_laws
-from femflex.dynamics.joints.prescribed_coordinates import prescribed_states
-from femflex.dynamics.joints.reactions import observe_reactions
 from femflex.dynamics.joints.switching import switch
 from femflex.dynamics.latches import Latches
 from femflex.dynamics.lowering.constraints import characteristic_length
@@ -42,23 +30,12 @@ from femflex.dynamics.lowering.lower import lower
 from femflex.dynamics.motion import equations
 from femflex.dynamics.motion.free_lengths import free_rate
 from femflex.dynamics.motion.prescribed_motion import rate_with_prescribed_motion
-from femflex.dynamics.reports.contacts import observe_contacts
 from femflex.dynamics.reports.diagnosis import diagnosis
-from femflex.dynamics.reports.displacements import observe_displacements, undisplaced_positions
-from femflex.dynamics.reports.local_forces import observe_local_forces
-from femflex.dynamics.reports.momenta import observe_momenta
-from femflex.dynamics.reports.monitors import ROW_DISSIPATED
-from femflex.dynamics.reports.observe import observe
-from femflex.dynamics.reports.segmented import observe_segmented
-from femflex.dynamics.reports.sights import observe_sights
-from femflex.dynamics.reports.static_stretch import add_static_stretch
-from femflex.dynamics.reports.variations import observe_variations
+from femflex.dynamics.reports.report import Channels, Observation
 from femflex.dynamics.terms.by_source import SWITCHED, terms
-from femflex.dynamics.terms.prescribed_motion_report import observe_prescribed_motion
 from femflex.dynamics.terms.without import resolve_name, with_reduced_equations, without_named, without_reactions
 from femflex.dynamics.user_functions import check_user_functions
 from femflex.dynamics.workspace import Workspace
-from femflex.rotations import is_extrinsic
 from femflex.summary import Rows, Summarised, listed
 from femflex.system import Channel, LengthTable, System
 
@@ -74,7 +51,7 @@ class Model(Summarised):
     x0                  (n_x,) initial state (q, u, z)
     breaks              (n,) times at which a load or a prescribed motion is not smooth [s]
     renormalise         first positions in x of the quadruples of Euler parameters
-    channels            path -> Channel of everything `observe` returns
+    all_channels        channels and their reports, also those that are zero by construction
     omitted             what `without` has switched off
     constraints         loops and nonholonomic constraints, or None
     project             call that brings a state back onto them, or None (see femflex.integrate.protocol)
@@ -88,7 +65,7 @@ class Model(Summarised):
     x0: Array
     breaks: Array
     renormalise: IntArray
-    channels: dict[str, Channel]
+    all_channels: Channels
     rate: Any = field(default=equations.rate)
     omitted: tuple[str, ...] = ()
     constraints: Constraints | None = None
@@ -100,6 +77,11 @@ class Model(Summarised):
         rows += [("constraint rows", str(self.constraints.n_rows))] if self.constraints is not None else []
         rows += [("switched off", listed(self.omitted))] if self.omitted else []
         return "Compiled model", [*rows, ("channels", str(len(self.channels))), *self.system.summary()[1]]
+
+    @cached_property
+    def channels(self) -> dict[str, Channel]:
+        """Path -> Channel of everything `observe` returns."""
+        return self.all_channels.reported()
 
     @property
     def table(self) -> IntArray:
@@ -254,40 +236,13 @@ class Model(Summarised):
 
     def observe(self, times: Array, states: Array) -> dict[str, Array]:
         """Every channel at times (n_t,) and states (n_t, n_x): path -> (n_t, *channel.shape)."""
-        times = np.ascontiguousarray(times, float)
-        states = np.ascontiguousarray(states, float)
-        rows, slices = np.empty((len(times), row_length(self.system))), row_slices(self.system)
-        reference = undisplaced_positions(self, rows[:1] if len(rows) else np.empty((1, rows.shape[1])), slices)
-        self.workspace.clear_failed()
-        observe(times, states, rows, *self.workspace.arrays)
-        out = {path: rows[:, columns] for path, columns in slices.items()}
-        states = prescribed_states(self, times, states)
-        out |= dict(zip(("q", "u", "z"), self.parts(states), strict=True))
-        out |= observe_prescribed_motion(self, times, states) | observe_laws(self, states, rows[:, ROW_DISSIPATED])
-        out |= observe_states(self.system, out["z"])
-        add_angular_momentum(self.system, out)
-        out |= observe_joints(self.system, states, self.n_q) | observe_locks(self.system, states)
-        out |= observe_orbit_force(self.system, out) | observe_variations(self, times, states, out)
-        if is_extrinsic(self.system.libration_sequence):
-            out["attitude/angles"] = out["attitude/angles"][:, ::-1]
-        records = body_records(self.table)
-        for i, name in enumerate(self.system.order, start=1):
-            first = int(records[i]["qe"])
-            body = self.system.bodies[name]
-            out[f"bodies/{name}/delta"] = body.amplitudes(states[:, first : first + body.n_modes])
-        add_static_stretch(self, times, states, out)
-        out |= observe_sights(self.system, times, out) | observe_contacts(self.system, times, out)
-        if self.constraints is not None:
-            out |= self.constraints.observe(times, states)
-        if self.system.reactions:
-            out |= observe_reactions(self, times, states)
-        out |= observe_local_forces(self.system, times, out)
-        if self.system.momenta:
-            out |= observe_momenta(self, times, states, rows, out["monitors/energy"])
-        if self.system.segments:
-            observe_segmented(self.system, out)
-        out |= observe_displacements(self.system, out, reference)
-        return {path: out[path] for path in self.channels}
+        observation = Observation(self, times, states)
+        return {path: observation[path] for path in self.channels}
+
+    def read(self, t: float, x: Array, paths: Iterable[str]) -> dict[str, Array]:
+        """Single channels at the state x (n_x,), without all the others: path -> channel.shape."""
+        observation = Observation(self, np.array([t]), x[None])
+        return {path: np.array(observation[path][0]) for path in paths}
 
 
 def compile_system(system: System) -> Model:
@@ -297,8 +252,9 @@ def compile_system(system: System) -> Model:
     Raises ValueError for an effector whose function cannot be compiled or leaves its arrays at the initial state, and
     for a sensor or a threshold that is no channel.
     """
-    channels = channels_of(system)
-    if problems := sensor_problems(system, channels) + threshold_problems(system, channels):
+    channels = Channels.of(system)
+    reported = channels.reported()
+    if problems := sensor_problems(system, reported) + threshold_problems(system, reported):
         raise ValueError("\n".join(problems))
     table, pool, scratch = lower(system, force_terms())
     n_q = len(system.coordinate_names())
@@ -316,7 +272,7 @@ def compile_system(system: System) -> Model:
         x0=system.initial_state(),
         breaks=np.unique(np.concatenate(knots)) if knots else np.zeros(0),
         renormalise=np.array(quadruples, np.int64),
-        channels=channels,
+        all_channels=channels,
         rate=rate_of(system),
     )
     model = with_starts(with_constraints(tree) if system.loops or system.constraints else tree)

@@ -178,7 +178,7 @@ class Singularities:
     """Watches the distance of the rotation sets of joints to their singularities, and warns where it is small."""
 
     def __init__(self, model: Model) -> None:
-        from femflex.dynamics.joints.channels import singularity_notes
+        from femflex.dynamics.joints.places import singularity_notes
 
         self._paths = [path for path in model.channels if path.startswith("joints/") and path.endswith("/singularity")]
         self._turning = {f"joints/{joint.label}/singularity" for joint in model.system.joints if joint.ball is None}

@@ -12,6 +12,7 @@ class Channel:
     shape  per instant, () for a scalar;  names  of the entries along the last axis, if they have any
     frame  axes of the components: "inertial", "orbital", "body" (the channel's own), "body NAME", "marker" (the child's
            of a joint), or "" where it has no meaning
+    reported  whether a run reports it; False for what is zero by construction
     """
 
     unit: str
@@ -19,3 +20,4 @@ class Channel:
     shape: tuple[int, ...] = ()
     names: tuple[str, ...] = ()
     frame: str = ""
+    reported: bool = True

@@ -150,26 +150,6 @@ class Constraints:
                 out[path][j] = -A[rows_of_name].T @ rows[j, rows_of_name, layout.R_LAMBDA]
         return out
 
-    def observe(self, times: Array, states: Array) -> dict[str, Array]:
-        """Channels of residuals, rank, multipliers and reactions at times (n_t,) and states (n_t, n_x)."""
-        _, rows, rank, turns = self.solved(times, states)
-        out = {
-            "monitors/constraint_position": np.abs(rows[:, :, layout.R_GAP] * self.row_lengths).max(axis=1),
-            "monitors/constraint_velocity": np.abs(rows[:, :, layout.R_SPEED]).max(axis=1),
-            "monitors/constraint_rank": rank,
-        }
-        for path, name, record in zip(self.paths, self.names, self.records, strict=True):
-            rows_of_name = rows[:, self.rows_of(name)]
-            if record["kind"] == layout.CONSTRAINT_GENERAL:
-                out[path + "/multipliers"] = rows_of_name[:, :, layout.R_LAMBDA]
-                continue
-            C_iN = turns[:, int(record["child"])]
-            for key, first in (("force", layout.R_FQ), ("torque", layout.R_TQ)):
-                out[f"{path}/{key}"] = np.einsum(
-                    "tk,tkj,tji->ti", rows_of_name[:, :, layout.R_LAMBDA], rows_of_name[:, :, first : first + 3], C_iN
-                )
-        return out
-
     @cached_property
     def dependence_limit(self) -> float:
         """Return the part of the longest row below which a row's rest depends on the rows before it (at the start)."""

@@ -1,48 +1,19 @@
-"""Reported states of effectors and controllers."""
+"""What effectors and controllers say of themselves: angular momentum, events, and sensors that are no channels."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
-import numpy as np
-
-from femflex.arrays import Array
-from femflex.system import Channel, Controller, Effector, System, Threshold
+from femflex.system import Channel, Effector, System, Threshold
 from femflex.system.effector_problems import unknown_name_text
 
 MOMENTUM = ("momentum_x", "momentum_y", "momentum_z")  # channels, inertial components
 
 
-def state_channels(system: System) -> dict[str, Channel]:
-    """Channels of the states of effectors and controllers."""
-    out = {}
-    for effector in system.effectors:
-        sampling = ""
-        if isinstance(effector, Controller):
-            sampling = f", sampled every {effector.period:g} s (zero-order hold)"
-        for name, unit in effector.state_names():
-            state = name.removeprefix(effector.name + ".")
-            out[f"effectors/{effector.name}/{state}"] = Channel(unit, f"state {state} of {effector.name}{sampling}")
-    return out
-
-
-def observe_states(system: System, z: Array) -> dict[str, Any]:
-    """The channels of `state_channels` at states z (n_t, n_z)."""
-    columns = {name: k for k, (name, _) in enumerate(system.state_names())}
-    return {
-        f"effectors/{effector.name}/{name.removeprefix(effector.name + '.')}": z[:, columns[name]]
-        for effector in system.effectors
-        for name, _ in effector.state_names()
-    }
-
-
-def add_angular_momentum(system: System, out: dict[str, Any]) -> None:
-    """Add the angular momentum of effectors (channels momentum_x, momentum_y, momentum_z) to the craft's."""
-    for effector in system.effectors:
-        if isinstance(effector, Effector) and set(MOMENTUM) <= effector.channels.keys():
-            components = [out[f"effectors/{effector.name}/{channel}"] for channel in MOMENTUM]
-            out["monitors/angular_momentum"] = out["monitors/angular_momentum"] + np.stack(components, axis=-1)
+def momentum_channels(system: System) -> list[list[str]]:
+    """Paths of the three components of angular momentum of every effector that reports them."""
+    effectors = [e for e in system.effectors if isinstance(e, Effector) and set(MOMENTUM) <= e.channels.keys()]
+    return [[f"effectors/{effector.name}/{channel}" for channel in MOMENTUM] for effector in effectors]
 
 
 def keeps_momentum(effector: Effector) -> bool:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.arrays import Array, IntArray
-from femflex.dynamics.joints.law_report import law_places
+from femflex.dynamics.joints.law_places import law_places
 from femflex.dynamics.lowering.layout import body_records
 from femflex.system import System
 

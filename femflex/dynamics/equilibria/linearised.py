@@ -24,7 +24,7 @@ from femflex.dynamics.equilibria.closed_motion import (
 from femflex.dynamics.equilibria.increments import advanced
 from femflex.dynamics.equilibria.local_derivative import local_derivative, on_line
 from femflex.dynamics.equilibria.states import StateEquations, state_equations
-from femflex.dynamics.joints.law_report import latch_places
+from femflex.dynamics.joints.law_places import latch_places
 from femflex.dynamics.lowering.layout import BALL_NONE, body_records
 from femflex.system import System
 

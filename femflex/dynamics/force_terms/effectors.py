@@ -24,7 +24,7 @@ from femflex.dynamics.reports.observe import reference_motion
 from femflex.kernels.entries import entry
 from femflex.kernels.vectors import dot, load3
 from femflex.system import Channel, Controller, Effector, System
-from femflex.system.effector import ACCOUNTS, EXERTED
+from femflex.system.effector import ACCOUNTS
 from femflex.system.evaluation import evaluation_order
 
 XYZ = ("x", "y", "z")
@@ -118,11 +118,6 @@ class Effectors(ForceTerm):
             for path, channel in channels_of_effector(effector).items()
         }
 
-    def zeros(self, system: System) -> list[str]:
-        return [
-            f"effectors/{effector.name}/{key}" for effector in acting_effectors(system) for key in zero_keys(effector)
-        ]
-
     def without_item(self, system: System, item: str) -> System:
         if item in self.others(system):  # its commands stay as they were at the start
             changed = (
@@ -158,28 +153,21 @@ def signal_names(effector: Effector) -> list[str]:
     return [*(name for name, _ in effector.state_names()), *(f"{effector.name}.{c}" for c in effector.channels)]
 
 
-def zero_keys(effector: Effector) -> list[str]:
-    """Return the last path parts of an effector's zero channels: unused accounts, forces that it does not exert."""
-    keys = [key for key in EXERTED if key not in effector.exerts]
-    return [*keys, *(key for key in ACCOUNTS if key not in effector.accounts), *([] if effector.acts else ["power"])]
-
-
 def channels_of_effector(effector: Effector) -> dict[str, Channel]:
-    """Return the channels that `report` writes of one effector."""
+    """The channels that `report` writes of one effector; unused accounts, and what it does not exert, are zero."""
     m, f, name = len(effector.markers), len(effector.freedoms), effector.name
-    path = f"effectors/{name}"
     out = {}
-    for key, unit, what in (("force", "N", "force"), ("torque", "N m", "torque")) if m else ():
+    for key, unit in (("force", "N"), ("torque", "N m")) if m else ():
         where = ", ".join(f"{body}.{marker}" for body, marker in effector.markers)
         names = XYZ if m == 1 else tuple(f"{body}.{marker}.{a}" for body, marker in effector.markers for a in XYZ)
-        out[f"{path}/{key}"] = Channel(unit, f"{what} of {name} at {where}", (3 * m,), names, "inertial")
+        exerted = key in effector.exerts
+        out[key] = Channel(unit, f"{key} of {name} at {where}", (3 * m,), names, "inertial", exerted)
     if f:
-        out[f"{path}/effort"] = Channel(
-            "N, N m", f"force or torque of {name} along its degrees of freedom", (f,), effector.freedoms
-        )
+        text = f"force or torque of {name} along its degrees of freedom"
+        out["effort"] = Channel("N, N m", text, (f,), effector.freedoms, reported="effort" in effector.exerts)
     for channel, unit in effector.channels.items():
-        out[f"{path}/{channel}"] = Channel(unit, f"{channel} of {name}")
-    out[f"{path}/power"] = Channel("W", f"power that {name} gives to the motion")
+        out[channel] = Channel(unit, f"{channel} of {name}")
+    out["power"] = Channel("W", f"power that {name} gives to the motion", reported=effector.acts)
     for account, (unit, what) in ACCOUNTS.items():
-        out[f"{path}/{account}"] = Channel(unit, f"{what} by {name}")
-    return out
+        out[account] = Channel(unit, f"{what} by {name}", reported=account in effector.accounts)
+    return {f"effectors/{name}/{key}": channel for key, channel in out.items()}

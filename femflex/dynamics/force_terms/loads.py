@@ -211,14 +211,11 @@ class Loads(ForceTerm):
     def channels(self, system: System) -> dict[str, Channel]:
         out = {}
         for load in system.loads:
-            out[f"loads/{load.name}/force"] = Channel("N", f"force of {load.name}", (3,), XYZ, "body")
-            out[f"loads/{load.name}/torque"] = Channel("N m", f"torque of {load.name}", (3,), XYZ, "body")
+            for key, unit, value in (("force", "N", load.force), ("torque", "N m", load.torque)):
+                text = f"{key} of {load.name}"
+                out[f"loads/{load.name}/{key}"] = Channel(unit, text, (3,), XYZ, "body", reported=bool(value.any()))
             out[f"loads/{load.name}/power"] = Channel("W", f"power of {load.name}")
         return out
-
-    def zeros(self, system: System) -> list[str]:
-        parts = [(load.name, key, getattr(load, key)) for load in system.loads for key in ("force", "torque")]
-        return [f"loads/{name}/{key}" for name, key, value in parts if not value.any()]
 
     def without_item(self, system: System, item: str) -> System:
         return replace(system, loads=tuple(load for load in system.loads if load.name != item))

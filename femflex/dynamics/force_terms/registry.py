@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import pkgutil
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from functools import cache
-from importlib import import_module
 from typing import Any, ClassVar
 
 import numpy as np
@@ -14,13 +12,14 @@ from numpy.typing import NDArray
 from femflex.arrays import Array
 from femflex.dynamics.lowering.layout import ENERGY_EFFECTOR, TERM
 from femflex.dynamics.lowering.pool import Pool, Scratch
+from femflex.dynamics.reports.report import RowReport, discovered, width
 from femflex.kernels.entries import Entry
 from femflex.system import Channel, System
 
 Records = NDArray[np.void]
 
 
-class ForceTerm(ABC):
+class ForceTerm(RowReport):
     """A kind of force, with any number of items in a system.
 
     folder    first part of the names of its items in ledger, channels and `without`, as in "loads/thrust"
@@ -50,10 +49,6 @@ class ForceTerm(ABC):
         """Return the channels that `report` writes, in its order: path -> Channel."""
         return {}
 
-    def zeros(self, system: System) -> list[str]:
-        """Return paths of channels that are zero by construction; a run does not report these."""
-        return []
-
     @abstractmethod
     def without_item(self, system: System, item: str) -> System:
         """The system without the item of that name."""
@@ -80,15 +75,11 @@ class ForceTerm(ABC):
         record["apply"], record["report"] = self.apply.address, self.report.address
         record["resist"], record["relax"] = (0 if call is None else call.address for call in (self.resist, self.relax))
         record["at"], record["n"], record["energy"] = at, len(self.items(system)), self.energy
-        record["reported"] = sum(int(np.prod(channel.shape)) for channel in self.channels(system).values())
+        record["reported"] = sum(width(channel) for channel in self.channels(system).values())
         return record
 
 
 @cache
 def force_terms() -> tuple[ForceTerm, ...]:
     """All force terms, by the names of their files."""
-    package = import_module("femflex.dynamics.force_terms")
-    for module in pkgutil.iter_modules(package.__path__):
-        import_module(f"{package.__name__}.{module.name}")
-    kinds = sorted(ForceTerm.__subclasses__(), key=lambda kind: kind.__module__)
-    return tuple(kind() for kind in kinds)
+    return discovered(ForceTerm, "femflex.dynamics.force_terms")

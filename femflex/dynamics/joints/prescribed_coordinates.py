@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from femflex.arrays import Array
+from femflex.dynamics.joints.places import joint_places
 from femflex.system import Joint, System
 
 if TYPE_CHECKING:
@@ -18,12 +19,7 @@ def prescribed_freedoms(joint: Joint) -> list[int]:
 
 def prescribed_places(system: System) -> list[tuple[Joint, int, int, int]]:
     """Return (joint, its freedom, place in q, place in u) of every freedom that is or may become prescribed."""
-    places, iq, iu = [], 0, 0
-    for name in system.order:
-        joint, n = system.joint_of(name), system.bodies[name].n_modes
-        places += [(joint, k, iq + k, iu + k) for k in prescribed_freedoms(joint)]
-        iq, iu = iq + joint.n_q + n, iu + joint.n_u + n
-    return places
+    return [(joint, k, iq + k, iu + k) for joint, iq, iu in joint_places(system) for k in prescribed_freedoms(joint)]
 
 
 def prescribed_states(model: Model, times: Array, states: Array) -> Array:

@@ -1,1 +1,1 @@
-"""What a run reports at every row: channels, places, monitors."""
+"""What a run reports, each subject a `Report` in a file of its own, which `report.reports()` discovers."""

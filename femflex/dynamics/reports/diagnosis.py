@@ -10,11 +10,11 @@ from femflex.arrays import Array
 from femflex.dynamics.constraints.conflicts import violated_text as told_unheld
 from femflex.dynamics.constraints.discs import flat_disc_text
 from femflex.dynamics.constraints.loop_limits import loop_limit_text
-from femflex.dynamics.joints.gimbal_lock import lockable_joints
+from femflex.dynamics.joints.places import joint_places
 from femflex.dynamics.joints.prescribed_coordinates import prescribed_states
 from femflex.dynamics.user_functions import user_function_fault
 from femflex.system import LengthTable
-from femflex.system.gimbal_lock import lock_angle, lock_text
+from femflex.system.gimbal_lock import can_lock, lock_angle, lock_text
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
@@ -72,9 +72,9 @@ def length_limit_text(model: Model, t: float, x: Array) -> str:
 def gimbal_lock_text(model: Model, t: float, x: Array) -> str:
     """A joint whose free turns hardly span their space any more."""
     q = prescribed_states(model, np.array([t]), x[None])[0]
-    for joint, first in lockable_joints(model.system):
+    for joint, first, _ in joint_places(model.system):
         coordinates = q[first : first + joint.n_q]
-        if lock_angle(joint, coordinates) < THRESHOLD:
+        if can_lock(joint) and lock_angle(joint, coordinates) < THRESHOLD:
             return (
                 f"joint {joint.label!r} has reached gimbal lock: {lock_text(joint, coordinates)}. Choose a sequence of "
                 "turns that stays clear of it, or lock other turns"

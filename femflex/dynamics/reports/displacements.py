@@ -8,28 +8,49 @@ spring is where it starts, and a prescribed coordinate is that of t = 0.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.joints.channels import joint_places, rest_coordinates
+from femflex.dynamics.joints.places import joint_places
 from femflex.dynamics.lowering.lower import reported_markers
-from femflex.dynamics.reports.observe import observe
-from femflex.rotations import dcm_from_quaternion
-from femflex.system import Channel, System
+from femflex.dynamics.reports.markers import is_deformable_marker
+from femflex.dynamics.reports.report import Observation, Report
+from femflex.dynamics.reports.row import XYZ
+from femflex.rotations import coordinates_from_dcm, dcm_from_quaternion, dcm_from_vector
+from femflex.system import Channel, Joint, System
 from femflex.system.segments import marker_label
 
-if TYPE_CHECKING:
-    from femflex.dynamics.model import Model
+
+class Displacements(Report):
+    """Every marker that moves in axes of its root body."""
+
+    def channels(self, system: System) -> dict[str, Channel]:
+        text = "displacement of {} relative to {}, joints included"
+        return {
+            f"markers/{label}/displacement": Channel("m", text.format(label, root), (3,), XYZ, f"body {root}")
+            for label, root in displaced_markers(system).items()
+        }
+
+    def observe(self, seen: Observation) -> Iterator[Array]:
+        model = seen.model
+        x = model.x0.copy()
+        for joint, iq, _ in joint_places(seen.system):
+            n = seen.system.bodies[joint.child].n_modes
+            x[iq + joint.n_q : iq + joint.n_q + n] = 0.0
+            if joint.parent is not None:
+                x[iq : iq + joint.n_q] = rest_coordinates(joint)
+        reference = Observation(model, np.zeros(1), x[None])
+        for label, root in displaced_markers(seen.system).items():
+            position = in_root_axes(seen.__getitem__, label, root)
+            yield position - in_root_axes(reference.columns, label, root)[0]
 
 
-def is_deformable_marker(system: System, body: str, marker: str) -> bool:
-    """Whether a marker moves or turns in the axes of its body."""
-    flexible_body = system.bodies[body]
-    m = flexible_body.marker(marker)
-    return bool(m.phi.any() or m.psi.any() or m.stretch.any() or (body in system.varying and flexible_body.n_shapes))
+def in_root_axes(channel: Callable[[str], Array], label: str, root: str) -> Array:
+    """C_BN (r_M - r_B) (n_t, 3) of a marker."""
+    C_NB = dcm_from_quaternion(channel(f"bodies/{root}/attitude"))
+    return np.einsum("tij,ti->tj", C_NB, channel(f"markers/{label}/position") - channel(f"bodies/{root}/position"))
 
 
 def displaced_markers(system: System) -> dict[str, str]:
@@ -52,48 +73,15 @@ def displaced_markers(system: System) -> dict[str, str]:
     return out
 
 
-def displacement_channels(system: System) -> dict[str, Channel]:
-    """Path, unit and meaning of the displacements."""
-    text = "displacement of {} relative to {}, joints included"
-    return {
-        f"markers/{label}/displacement": Channel("m", text.format(label, root), (3,), ("x", "y", "z"), f"body {root}")
-        for label, root in displaced_markers(system).items()
-    }
-
-
-def undisplaced_positions(model: Model, row: Array, slices: Mapping[str, slice | int]) -> dict[str, Array]:
-    """Position R_M (3,) of every displaced marker in axes of its root body, by the marker's label [m].
-
-    row (1, n_row): for a row observed at the reference.
-    """
-    markers = displaced_markers(model.system)
-    if not markers:
-        return {}
-    x = model.x0.copy()
-    for joint, iq, _ in joint_places(model.system):
-        n = model.system.bodies[joint.child].n_modes
-        x[iq + joint.n_q : iq + joint.n_q + n] = 0.0
-        if joint.parent is not None:
-            x[iq : iq + joint.n_q] = rest_coordinates(joint)
-    observe(np.zeros(1), x[None], row, *model.workspace.arrays)
-    channels = {path: row[:, columns] for path, columns in slices.items()}
-    return {label: columns[0] for label, columns in _in_root_axes(markers, channels).items()}
-
-
-def observe_displacements(
-    system: System, channels: Mapping[str, Array], reference: Mapping[str, Array]
-) -> dict[str, Array]:
-    """The channels of `displacement_channels`, from positions and attitudes, less the reference R_M (3,)."""
-    positions = _in_root_axes(displaced_markers(system), channels)
-    return {f"markers/{label}/displacement": position - reference[label] for label, position in positions.items()}
-
-
-def _in_root_axes(markers: Mapping[str, str], channels: Mapping[str, Array]) -> dict[str, Array]:
-    """C_BN (r_M - r_B) (n_t, 3) of markers, by their labels."""
-    out = {}
-    for label, root in markers.items():
-        C_NB = dcm_from_quaternion(channels[f"bodies/{root}/attitude"])
-        out[label] = np.einsum(
-            "tij,ti->tj", C_NB, channels[f"markers/{label}/position"] - channels[f"bodies/{root}/position"]
-        )
-    return out
+def rest_coordinates(joint: Joint) -> Array:
+    """Return coordinates (n_q,) at which the springs of a joint are free; initial ones where there is no spring."""
+    q, n = joint.q0.copy(), len(joint.translations)
+    sprung = joint.stiffness > 0
+    if joint.ball is None:
+        return np.where(sprung, joint.rest, q)
+    q[:n] = np.where(sprung[:n], joint.rest[:n], q[:n])
+    if sprung[n:].any():
+        C_PQ = dcm_from_vector(joint.rest[n:])
+        C_PR = dcm_from_quaternion(q[-4:]) if joint.rebase else np.eye(3)
+        q[joint.ball_slice()] = coordinates_from_dcm(C_PR.T @ C_PQ, joint.ball)
+    return q

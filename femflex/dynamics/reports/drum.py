@@ -24,6 +24,7 @@ from femflex.dynamics.reports.material import (
     stiffness_power,
     strain_power,
 )
+from femflex.dynamics.reports.row import worded
 from femflex.system import Block, Channel, LengthTable, System
 from femflex.system.variation import COLUMNS
 
@@ -34,25 +35,37 @@ def lengths_of(system: System) -> dict[str, LengthTable]:
     return {name: table for name, table in tables.items() if isinstance(table, LengthTable)}
 
 
+CHANNELS = {  # as `drum_row` gives their values
+    "length": Channel("m", "deployed length of {name}"),
+    "length_rate": Channel("m/s", "rate of the deployed length of {name}"),
+    "length_acceleration": Channel("m/s^2", "acceleration of the deployed length of {name}"),
+    "drum_force": Channel("N", "force of its drum on {name}, positive outwards; minus the tension at the exit"),
+    "drum_power": Channel("W", "power of the drum of {name}"),
+    "pickup_loss": Channel("W", "power lost where stowed material of {name} is picked up or stopped"),
+    "exit_flux": Channel("N", "momentum flux of {name} at the exit; a part of moving_mass and specified_motion"),
+    "drum_torque": Channel("N m", "torque of the drum of {name}"),
+}
+
+
 def drum_channels(name: str, table: LengthTable) -> dict[str, Channel]:
-    """Channels of the drum of that body."""
-    out = {
-        "length": Channel("m", f"deployed length of {name}"),
-        "length_rate": Channel("m/s", f"rate of the deployed length of {name}"),
-        "length_acceleration": Channel("m/s^2", f"acceleration of the deployed length of {name}"),
-        "drum_force": Channel("N", f"force of its drum on {name}, positive outwards; minus the tension at the exit"),
-        "drum_power": Channel("W", f"power of the drum of {name}"),
-        "pickup_loss": Channel("W", f"power lost where stowed material of {name} is picked up or stopped"),
-        "exit_flux": Channel("N", f"momentum flux of {name} at the exit; a part of moving_mass and specified_motion"),
+    """Channels of the drum of that body; without a radius it reports no torque."""
+    return {
+        f"bodies/{name}/{key}": worded(channel, {"name": name}, reported=key != "drum_torque" or has_radius)
+        for has_radius in [table.drum_radius is not None]
+        for key, channel in CHANNELS.items()
     }
-    if table.drum_radius is not None:
-        out["drum_torque"] = Channel("N m", f"torque of the drum of {name}")
-    if table.sections is not None:
-        stations = tuple(f"{xi:g}" for xi in table.sections.stations)
-        for key, (unit, meaning) in table.sections.resultants.items():
-            text = f"{meaning} of {name} at stations by their distance from the exit over the length"
-            out[key] = Channel(unit, text, (len(stations),), stations)
-    return {f"bodies/{name}/{key}": channel for key, channel in out.items()}
+
+
+def section_channels(name: str, table: LengthTable) -> dict[str, Channel]:
+    """Channels of the forces in that body's sections, if it has any."""
+    if table.sections is None:
+        return {}
+    stations = tuple(f"{xi:g}" for xi in table.sections.stations)
+    text = "{} of {} at stations by their distance from the exit over the length"
+    return {
+        f"bodies/{name}/{key}": Channel(unit, text.format(meaning, name), (len(stations),), stations)
+        for key, (unit, meaning) in table.sections.resultants.items()
+    }
 
 
 def drum_row(
@@ -65,8 +78,8 @@ def drum_row(
     marker_force: float,
     parts: tuple[str, ...],
     power: float,
-) -> dict[str, float]:
-    """Values of `drum_channels` of body record b.
+) -> tuple[float, ...]:
+    """Values of CHANNELS of body record b.
 
     unit: the pool with the block of a unit rate of the length; length: L, U and its rate; carried: generalised force
     of what stands on markers that move; power: what the change gives to the system.
@@ -87,8 +100,5 @@ def drum_row(
         n = int(b["n"])
         force += strain_power(block + layout.strain_rate, n, int(b["n_blocks"]), COLUMNS, unit, y[1 : 1 + n])
     loss = 0.5 * abs(U) ** 3 * kappa if "flow" in parts else 0.0
-    out = {"length": L, "length_rate": U, "length_acceleration": acceleration, "drum_force": force}
-    out |= {"drum_power": power + loss, "pickup_loss": loss, "exit_flux": flux}
-    if table.drum_radius is not None:
-        out["drum_torque"] = force * table.drum_radius
-    return out
+    torque = 0.0 if table.drum_radius is None else force * table.drum_radius
+    return L, U, acceleration, force, power + loss, loss, flux, torque

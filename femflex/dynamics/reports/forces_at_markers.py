@@ -1,6 +1,6 @@
 """Forces at a deploying body's own markers: of loads, springs and effectors as reported, of loops by their multipliers.
 
-Everything is read at a state that `femflex.dynamics.reports.variations.gather_forces` has gathered last.
+Those of loops are read at a state that `femflex.dynamics.reports.variations.gather_forces` has gathered last.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from femflex.system import Effector, Joint, Nonholonomic
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
+    from femflex.dynamics.reports.report import Observation
 
 Rows = tuple[int, int, int]  # where a marker's place, phi and psi stand in the pool
 
@@ -49,12 +50,9 @@ def constraint_forces(model: Model, k: int, moving: bool = False) -> Iterator[tu
             yield str(names[side]), rows, force, torque
 
 
-def acting_forces(model: Model, name: str, channels: Mapping[str, Array], j: int) -> list[tuple[str, Array]]:
-    """Marker and force (3,) [N] of loads, springs and effectors at markers of a body, body components.
-
-    seen: channels (n_t, ...) of the instants, of which j is the one.
-    """
-    system, out = model.system, list[tuple[str, Array]]()
+def acting_forces(channels: Observation, name: str, j: int) -> list[tuple[str, Array]]:
+    """Marker and force (3,) [N] of loads, springs and effectors at markers of a body at instant j, body components."""
+    system, out = channels.system, list[tuple[str, Array]]()
     C_NB = dcm_from_quaternion(channels[f"bodies/{name}/attitude"][j])
     for load in system.loads:
         if load.body == name and load.force.any():

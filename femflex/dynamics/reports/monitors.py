@@ -12,9 +12,6 @@ from femflex.dynamics.forces.gravity import find_center_of_mass, gravity_field, 
 from femflex.dynamics.joints.forces import spring_energy
 from femflex.dynamics.lowering.layout import (
     BALL_QUATERNION,
-    ENERGY_EFFECTOR,
-    ENERGY_LOAD,
-    ENERGY_SPRING,
     ORBIT_FREE,
     ORBIT_NONE,
     W_CIN,
@@ -27,6 +24,7 @@ from femflex.dynamics.lowering.layout import (
     body_of,
     header_of,
 )
+from femflex.dynamics.reports.row import ROW
 from femflex.kernels.compiled import inner
 from femflex.kernels.lanes import lane, plus, total, zero_lane
 from femflex.kernels.turns import angles_of, quaternion_of
@@ -45,13 +43,6 @@ from femflex.kernels.vectors import (
     turn,
     turn_back,
 )
-
-ROW_RADIUS, ROW_ANOMALY, ROW_ORBIT, ROW_ANGLES = 0, 1, 2, 6
-ROW_KINETIC, ROW_ELASTIC, ROW_SPRING, ROW_GRAVITY, ROW_ENERGY, ROW_JACOBI = 9, 10, 11, 12, 13, 14
-ROW_MOMENTUM, ROW_ANGULAR, ROW_CENTER, ROW_NORM = 15, 18, 21, 24
-ROW_STORED = 25  # energy stored by force terms, by ENERGY_*
-ROW_DISSIPATED, ROW_SUPPLIED = 28, 29  # power that they take for good, and that they bring in
-ROW_FIXED = 30
 
 
 @inner
@@ -91,14 +82,14 @@ def observe_energies(
             j = b["q"] + b["n_slide"]
             w2, x2, y2, z2 = q[j] * q[j], q[j + 1] * q[j + 1], q[j + 2] * q[j + 2], q[j + 3] * q[j + 3]
             norm = max(norm, abs(math.sqrt(w2 + x2 + y2 + z2) - 1.0))
-    spring += row[ROW_STORED + ENERGY_SPRING]
+    spring += row[ROW.spring]
     center = scale(1.0 / mass, center)
-    row[ROW_KINETIC], row[ROW_ELASTIC], row[ROW_SPRING] = kinetic, elastic, spring
-    store3(row, ROW_MOMENTUM, momentum)
-    store3(row, ROW_ANGULAR, sub(spin, cross(center, momentum)))
-    store3(row, ROW_CENTER, center)
-    row[ROW_NORM] = norm
-    stored = row[ROW_STORED + ENERGY_LOAD] + row[ROW_STORED + ENERGY_EFFECTOR]
+    row[ROW.kinetic], row[ROW.elastic], row[ROW.spring] = kinetic, elastic, spring
+    store3(row, ROW.momentum, momentum)
+    store3(row, ROW.angular_momentum, sub(spin, cross(center, momentum)))
+    store3(row, ROW.center_of_mass, center)
+    row[ROW.quaternion_norm] = norm
+    stored = row[ROW.load] + row[ROW.effector]
     observe_orbit(row, kinetic + elastic + spring + stored, spin, momentum, table, pool, work)
     observe_angles(body_of(table, 1), row, head, pool, work)
 
@@ -115,10 +106,10 @@ def observe_orbit(
     """
     head = header_of(table)
     gravity = 0.0
-    row[ROW_RADIUS], row[ROW_ANOMALY] = 0.0, 0.0
+    row[ROW.radius], row[ROW.true_anomaly] = 0.0, 0.0
     jacobi = 0.0
     for k in range(4):
-        row[ROW_ORBIT + k] = 1.0 if k == 0 else 0.0
+        row[ROW.attitude + k] = 1.0 if k == 0 else 0.0
     if head["orbit"] != ORBIT_NONE:
         o, mu, mass = head["orbit_state"], pool[head["orbit_data"]], pool[head["mass"]]
         find_center_of_mass(table, pool, work)
@@ -127,9 +118,9 @@ def observe_orbit(
         J_l, trace = inertia_along(l, c, table, pool, work)
         gravity = -0.5 * strength * (trace - 3.0 * dot(l, J_l))
         R, V = load3(work, o + 13), load3(work, o + 16)
-        row[ROW_RADIUS], row[ROW_ANOMALY] = work[o], work[o + 3]
+        row[ROW.radius], row[ROW.true_anomaly] = work[o], work[o + 3]
         C = load9(work, o + 4)
-        store4(row, ROW_ORBIT, quaternion_of(C))
+        store4(row, ROW.attitude, quaternion_of(C))
         if head["orbit"] == ORBIT_FREE:
             R_c = add(R, c)
             radius, a0 = math.sqrt(dot(R, R)), math.sqrt(dot(R_c, R_c))
@@ -137,16 +128,16 @@ def observe_orbit(
             energy += dot(V, momentum)
         jacobi = energy + gravity - work[o + 1] * dot((C[0], C[3], C[6]), spin)
     elif head["weighs"]:
-        gravity = -pool[head["mass"]] * dot(load3(pool, head["gravity"]), load3(row, ROW_CENTER))
-    row[ROW_GRAVITY] = gravity
-    row[ROW_ENERGY] = energy + gravity
-    row[ROW_JACOBI] = jacobi
+        gravity = -pool[head["mass"]] * dot(load3(pool, head["gravity"]), load3(row, ROW.center_of_mass))
+    row[ROW.gravity] = gravity
+    row[ROW.energy] = energy + gravity
+    row[ROW.jacobi] = jacobi
 
 
 @inner
 def observe_angles(b: Record, row: Array, head: Record, pool: Array, work: Array) -> None:
     """Attitude angles of the root joint's marker relative to the base frame, in the reported sequence."""
-    store3(row, ROW_ANGLES, angles_of(load9(work, b["work"] + W_CPQ), load3(pool, head["angle_axes"])))
+    store3(row, ROW.angles, angles_of(load9(work, b["work"] + W_CPQ), load3(pool, head["angle_axes"])))
 
 
 @inner

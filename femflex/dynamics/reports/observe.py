@@ -10,14 +10,8 @@ from femflex.dynamics.joints.prescribed_motion import prescribed_state
 from femflex.dynamics.lowering.layout import W_CIN, W_OMEGA, W_POS, W_S, W_VEL, body_of, header_of, marker_of, term_of
 from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states
 from femflex.dynamics.motion.equations import place_bodies
-from femflex.dynamics.reports.monitors import (
-    ROW_DISSIPATED,
-    ROW_FIXED,
-    ROW_STORED,
-    ROW_SUPPLIED,
-    observe_energies,
-    shape_motion,
-)
+from femflex.dynamics.reports.monitors import observe_energies, shape_motion
+from femflex.dynamics.reports.row import BODY_WIDTH, FIXED_WIDTH, IN_BODY, IN_MARKER, MARKER_WIDTH, ROW
 from femflex.kernels.compiled import inner, kernel
 from femflex.kernels.lanes import offset, pointer
 from femflex.kernels.symbols import types
@@ -36,10 +30,6 @@ from femflex.kernels.vectors import (
     transpose,
     turn_back,
 )
-
-# one row: the fixed part (see monitors), then per body position 3, attitude 4, rate 3; per marker position 3,
-# velocity 3, deflection 3; then what every force term reports
-ROW_BODY, ROW_MARKER = 10, 9
 
 _matrix, _vector, _integers = types.float64[:, ::1], types.float64[::1], types.int64[::1]
 OBSERVE = types.void(_vector, _matrix, _matrix, _integers, _vector, _vector)
@@ -70,9 +60,9 @@ def reference_motion(table: Table, pool: Array, work: Array) -> tuple[Vector, Ve
 def observe_body(b: Record, row: Array, position: int, shift: Vector, work: Array) -> None:
     """Position, attitude (Euler parameters of C_NB) and rate of one body."""
     w = b["work"]
-    store3(row, position, sub(load3(work, w + W_POS), shift))
-    store4(row, position + 3, quaternion_of(transpose(load9(work, w + W_CIN))))
-    store3(row, position + 7, load3(work, w + W_OMEGA))
+    store3(row, position + IN_BODY.position, sub(load3(work, w + W_POS), shift))
+    store4(row, position + IN_BODY.attitude, quaternion_of(transpose(load9(work, w + W_CIN))))
+    store3(row, position + IN_BODY.rate, load3(work, w + W_OMEGA))
 
 
 @inner
@@ -94,9 +84,9 @@ def observe_marker(
     du = marker_velocity(pool, m["place"], m["shape"], m["bends"], b, work)
     r = add(load3(pool, m["place"]), u)
     v = add(load3(work, w + W_VEL), add(cross(load3(work, w + W_OMEGA), r), du))
-    store3(row, position, sub(add(load3(work, w + W_POS), turn_back(C, r)), shift))
-    store3(row, position + 3, sub(turn_back(C, v), drift))
-    store3(row, position + 6, u)
+    store3(row, position + IN_MARKER.position, sub(add(load3(work, w + W_POS), turn_back(C, r)), shift))
+    store3(row, position + IN_MARKER.velocity, sub(turn_back(C, v), drift))
+    store3(row, position + IN_MARKER.deflection, u)
 
 
 @inner
@@ -117,15 +107,15 @@ def observe_terms(
     account = offset(work, head["account"])
     store3(account, A_SHIFT, shift)
     store3(account, A_DRIFT, drift)
-    for k in range(ROW_STORED, ROW_FIXED):
+    for k in range(ROW.spring, FIXED_WIDTH):
         row[k] = 0.0
     for i in range(head["n_terms"]):
         term = term_of(table, i)
         account[A_ENERGY] = account[A_DISSIPATION] = account[A_SUPPLIED] = 0.0
         call_report(term["report"], t, q, u, term["at"], term["n"], offset(row, position), account, table, pool, work)
-        row[ROW_STORED + term["energy"]] += account[A_ENERGY]
-        row[ROW_DISSIPATED] += account[A_DISSIPATION]
-        row[ROW_SUPPLIED] += account[A_SUPPLIED]
+        row[ROW.spring + term["energy"]] += account[A_ENERGY]
+        row[ROW.dissipation] += account[A_DISSIPATION]
+        row[ROW.supplied] += account[A_SUPPLIED]
         position += term["reported"]
 
 
@@ -142,13 +132,13 @@ def observe(times: Array, states: Array, rows: Array, table: Table, pool: Array,
             q, u = prescribed_state(times[j], q, u, records, numbers, scratch)
         place_bodies(times[j], q, u, records, numbers, scratch)
         shift, drift = reference_motion(records, numbers, scratch)
-        position = ROW_FIXED + ROW_BODY * (head["n_bodies"] - 1) + ROW_MARKER * head["n_markers"]
+        position = FIXED_WIDTH + BODY_WIDTH * (head["n_bodies"] - 1) + MARKER_WIDTH * head["n_markers"]
         observe_terms(times[j], q, u, row, position, shift, drift, records, numbers, scratch)
         observe_energies(q, row, shift, drift, records, numbers, scratch)
-        position = ROW_FIXED
+        position = FIXED_WIDTH
         for i in range(1, head["n_bodies"]):
             observe_body(body_of(records, i), row, position, shift, scratch)
-            position += ROW_BODY
+            position += BODY_WIDTH
         for i in range(head["n_markers"]):
             observe_marker(marker_of(records, i), records, row, position, shift, drift, numbers, scratch)
-            position += ROW_MARKER
+            position += MARKER_WIDTH

@@ -14,9 +14,9 @@ counted; nor is gravity of an orbit on arriving mass.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -39,9 +39,10 @@ from femflex.dynamics.lowering.layout import (
 )
 from femflex.dynamics.lowering.unit_block import WORKED
 from femflex.dynamics.motion.residual import residual
-from femflex.dynamics.reports.drum import drum_channels, drum_row, lengths_of
+from femflex.dynamics.reports.drum import CHANNELS, drum_channels, drum_row, lengths_of, section_channels
 from femflex.dynamics.reports.forces_at_markers import acting_forces, constraint_forces
 from femflex.dynamics.reports.material import BodyMotion, flow_power, growth_power, stiffness_power, strain_power
+from femflex.dynamics.reports.report import Observation, Report
 from femflex.system import Channel, LengthTable, System
 from femflex.system.variation import COLUMNS, Block
 
@@ -49,58 +50,59 @@ if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
 
-def variation_channels(system: System) -> dict[str, Channel]:
-    """Return path, unit and meaning of the channels of varying bodies; none for a system without any."""
-    out = {}
-    for name in varying_names(system):
-        out[f"bodies/{name}/mass"] = Channel("kg", f"mass of {name}")
-        out[f"bodies/{name}/power"] = Channel("W", f"power that the change of {name} gives to the system")
-        table = system.varying[name].write
-        if isinstance(table, LengthTable):
-            out |= drum_channels(name, table)
-    if out:
-        out["monitors/variation_power"] = Channel("W", "power that bodies which vary with time give to the system")
-    if lengths_of(system):
-        out["monitors/pickup_loss"] = Channel("W", "power lost where stowed material is picked up or stopped")
-    return out
+class Variations(Report):
+    """Bodies that vary, in tree order, with their drums and the forces in their sections; then the power of all."""
+
+    def channels(self, system: System) -> dict[str, Channel]:
+        out: dict[str, Channel] = {}
+        for name in varying_names(system):
+            out[f"bodies/{name}/mass"] = Channel("kg", f"mass of {name}")
+            out[f"bodies/{name}/power"] = Channel("W", f"power that the change of {name} gives to the system")
+            if table := lengths_of(system).get(name):
+                out |= drum_channels(name, table) | section_channels(name, table)
+        if out:
+            out["monitors/variation_power"] = Channel("W", "power that bodies which vary with time give to the system")
+        if lengths_of(system):
+            out["monitors/pickup_loss"] = Channel("W", "power lost where stowed material is picked up or stopped")
+        return out
+
+    def observe(self, seen: Observation) -> Iterator[Array]:
+        model, names, lengths = seen.model, varying_names(seen.system), lengths_of(seen.system)
+        acting = {name: [acting_forces(seen, name, j) for j in range(len(seen.times))] for name in lengths}
+        mass, power = np.empty((2, len(names), len(seen.times)))
+        drums = {name: np.empty((len(CHANNELS), len(seen.times))) for name in lengths}
+        sections: dict[str, list[dict[str, Array]]] = {name: [] for name in lengths}
+        for j, (t, x) in enumerate(zip(seen.times, seen.states, strict=True)):
+            gather_forces(model, float(t), x)
+            for i, name in enumerate(names):
+                k = 1 + seen.system.order.index(name)
+                mass[i, j], power[i, j] = model.pool[int(body_records(model.table)[k]["mass"])], change_power(model, k)
+                if name in lengths:
+                    length = length_at(model, name, t, x)
+                    power[i, j] -= length[1] * external_work_per_length(model, k)
+                    drums[name][:, j] = drum_report(model, k, lengths[name], length, power[i, j])
+                    sections[name].append(section_report(model, k, lengths[name], length, acting[name][j]))
+        for i, name in enumerate(names):
+            yield from (mass[i], power[i])
+            if name in lengths:
+                yield from drums[name]
+                yield from section_values(lengths[name], sections[name])
+        yield power.sum(axis=0)
+        if lengths:
+            losses = list(CHANNELS).index("pickup_loss")
+            yield sum((drum[losses] for drum in drums.values()), np.zeros(len(seen.times)))
+
+
+def section_values(table: LengthTable, reports: list[dict[str, Array]]) -> Iterator[Array]:
+    """Values (n_t, n_stations) of `section_channels` from what the sections report of each instant."""
+    if table.sections is not None:
+        for key in table.sections.resultants:
+            yield np.array([report[key] for report in reports]).reshape(-1, len(table.sections.stations))
 
 
 def varying_names(system: System) -> list[str]:
     """Names of the bodies that vary, in tree order."""
     return [name for name in system.order if name in system.varying]
-
-
-def observe_variations(model: Model, times: Array, states: Array, channels: Mapping[str, Array]) -> dict[str, Array]:
-    """The channels of `variation_channels` at times (n_t,) and states (n_t, n_x).
-
-    seen: channels of bodies, markers, loads and effectors at these.
-    """
-    names = varying_names(model.system)
-    if not names:
-        return {}
-    mass, power = np.empty((len(times), len(names))), np.empty((len(times), len(names)))
-    lengths = lengths_of(model.system)
-    drums: dict[str, list[dict[str, Any]]] = {name: [] for name in lengths}
-    for j, (t, x) in enumerate(zip(times, states, strict=True)):
-        gather_forces(model, float(t), x)
-        for i, name in enumerate(names):
-            k = 1 + model.system.order.index(name)
-            mass[j, i], power[j, i] = model.pool[int(body_records(model.table)[k]["mass"])], change_power(model, k)
-            if name in lengths:
-                length = length_at(model, name, t, x)
-                power[j, i] -= length[1] * external_work_per_length(model, k)
-                row = drum_report(model, k, lengths[name], length, power[j, i])
-                attached = acting_forces(model, name, channels, j)
-                drums[name].append(row | section_report(model, k, lengths[name], length, attached))
-    out = {}
-    for i, name in enumerate(names):
-        out[f"bodies/{name}/mass"], out[f"bodies/{name}/power"] = mass[:, i], power[:, i]
-    out["monitors/variation_power"] = power.sum(axis=1)
-    for name, rows in drums.items():
-        out |= {f"bodies/{name}/{key}": np.array([row[key] for row in rows]) for key in rows[0]} if rows else {}
-    if lengths:
-        out["monitors/pickup_loss"] = sum((out[f"bodies/{name}/pickup_loss"] for name in lengths), np.zeros(len(times)))
-    return out
 
 
 def length_at(model: Model, name: str, t: float, x: Array) -> tuple[float, float, float]:
@@ -118,8 +120,8 @@ def length_at(model: Model, name: str, t: float, x: Array) -> tuple[float, float
 
 def drum_report(
     model: Model, k: int, table: LengthTable, at_length: tuple[float, float, float], power: float
-) -> dict[str, float]:
-    """Return the channels (`drum_channels`) of the drum of body record k, at the state that was gathered last."""
+) -> tuple[float, ...]:
+    """Return the values (`drum_row`) of the drum of body record k, at the state that was gathered last."""
     records, work = body_records(model.table), model.work
     b, motion = records[k], body_motion(model, k)
     variation = model.system.varying[model.system.order[k - 1]]

@@ -1,0 +1,61 @@
+"""Loops and constraints: residuals, number of independent rows, multipliers and reactions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from femflex.arrays import Array
+from femflex.dynamics.lowering import constraint_layout as layout
+from femflex.dynamics.reports.report import Observation, Report
+from femflex.dynamics.reports.row import XYZ
+from femflex.system import Channel, System
+
+
+class ConstraintForces(Report):
+    """Monitors of all rows; per loop, then per constraint its reaction, of a general one its multipliers."""
+
+    def channels(self, system: System) -> dict[str, Channel]:
+        if not (system.loops or system.constraints):
+            return {}
+        out = {
+            "monitors/constraint_position": Channel("m", "largest gap of the loops, angles times the bodies' size"),
+            "monitors/constraint_velocity": Channel("m/s", "largest velocity residual (rad/s in rows of angles)"),
+            "monitors/constraint_rank": Channel("1", "number of independent constraint rows"),
+        }
+        for loop in system.loops:
+            out |= reaction_channels(f"loops/{loop.label}", loop.child, loop.child_marker)
+        for c in system.constraints:
+            path = f"constraints/{c.name}"
+            if c.body is None:
+                out[f"{path}/multipliers"] = Channel("1", "multipliers lambda of A^T lambda", (c.n_rows,))
+            else:
+                out |= reaction_channels(path, c.body, c.marker)
+        return out
+
+    def observe(self, seen: Observation) -> Iterator[Array]:
+        constraints = seen.model.constraints
+        assert constraints is not None
+        _, rows, rank, turns = constraints.solved(seen.times, seen.states)
+        yield np.abs(rows[:, :, layout.R_GAP] * constraints.row_lengths).max(axis=1)
+        yield np.abs(rows[:, :, layout.R_SPEED]).max(axis=1)
+        yield rank
+        for name, record in zip(constraints.names, constraints.records, strict=True):
+            rows_of_name = rows[:, constraints.rows_of(name)]
+            multipliers = rows_of_name[:, :, layout.R_LAMBDA]
+            if record["kind"] == layout.CONSTRAINT_GENERAL:
+                yield multipliers
+                continue
+            C_iN = turns[:, int(record["child"])]
+            for first in (layout.R_FQ, layout.R_TQ):
+                yield np.einsum("tk,tkj,tji->ti", multipliers, rows_of_name[:, :, first : first + 3], C_iN)
+
+
+def reaction_channels(path: str, body: str, marker: str) -> dict[str, Channel]:
+    """Channels of the reaction of one loop or constraint on a body."""
+    torque = f"its torque on {body} about {body}.{marker}"
+    return {
+        f"{path}/force": Channel("N", f"force of the constraint on {body}", (3,), XYZ, "inertial"),
+        f"{path}/torque": Channel("N m", torque, (3,), XYZ, "inertial"),
+    }

@@ -1,0 +1,54 @@
+"""Force or torque that the prescribed motion of joints needs, and the power that it gives."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from femflex.arrays import Array
+from femflex.dynamics.joints.prescribed_coordinates import prescribed_freedoms, prescribed_places
+from femflex.dynamics.reports.prescribing_forces import observe_prescribing_forces
+from femflex.dynamics.reports.report import Observation, Report
+from femflex.dynamics.terms.by_source import DRIVES, terms
+from femflex.system import Channel, System
+
+if TYPE_CHECKING:
+    from femflex.dynamics.model import Model
+
+
+FORCES = {"m/s": "N", "rad/s": "N m"}
+
+
+class PrescribedMotion(Report):
+    """Every joint with prescribed freedoms, and their power."""
+
+    def channels(self, system: System) -> dict[str, Channel]:
+        out = {}
+        for joint in map(system.joint_of, system.order):
+            if prescribed := prescribed_freedoms(joint):
+                names = tuple(joint.freedom_names()[k].removeprefix(joint.label + ".") for k in prescribed)
+                units = ", ".join(dict.fromkeys(FORCES[joint.velocity_names()[k][1]] for k in prescribed))
+                text = f"force or torque required by the prescribed motion of {joint.label}"
+                out[f"joints/{joint.label}/drive"] = Channel(units, text, (len(names),), names)
+        if out:
+            out["monitors/drive_power"] = Channel("W", "power that prescribed joint motions give to the system")
+        return out
+
+    def observe(self, seen: Observation) -> Iterator[Array]:
+        places = prescribed_places(seen.system)
+        forces = prescribing_forces(seen.model, seen.times, seen.states)
+        for joint in dict.fromkeys(joint for joint, *_ in places):
+            yield forces[:, [u for owner, _, _, u in places if owner is joint]]
+        yield np.sum(forces * seen.u, axis=1)
+
+
+def prescribing_forces(model: Model, times: Array, states: Array) -> Array:
+    """Return the generalised forces (n_t, n_u) of prescribed freedoms [N, N m]; zero for the others."""
+    if model.reduced or model.constraints is not None:
+        rows = [row for name, row in terms(model, times, states).items() if name.startswith(DRIVES)]
+        return -sum(rows, np.zeros((len(times), model.n_u)))
+    out = np.empty((len(times), model.n_u))
+    observe_prescribing_forces(times, states, out, model.table, model.pool, model.work)
+    return out
