@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from femflex.dynamics.joints.places import joint_places
-from femflex.system import Joint, JointLaw, System
+from femflex.system import Joint, JointLaw, Latch, System
 from femflex.system.joint_coordinates import OPEN
 
 FORCES = {"m/s": "N", "rad/s": "N m"}
