@@ -16,6 +16,7 @@ from femflex.decks.singular import singular_components
 from femflex.decks.units import Units
 from femflex.fem import Bushing, Member, PointMass, ScalarSpring, Structure, Support, build_structure
 from femflex.fem.connections.connection import Connection
+from femflex.fem.static_loads import StaticLoads
 from femflex.fem.support import GLOBAL
 from femflex.mesh import Mesh
 
@@ -36,6 +37,7 @@ class Deck:
     point_masses, connections, bushings   as in `build_structure`
     supports         name of a set or step of supports (spc_1, "step 1") -> {group -> Support}
     default_supports names of the sets that are active by default
+    loads            name of a set or step of static loads ("load 2", "step 1") -> StaticLoads
     points_of_ids    number of a node in the deck -> row of mesh.points; unused nodes have no row
     units            declared units of the deck
     moduli, densities  Young's moduli [Pa] and densities [kg/m^3] of its materials, to check the declared units
@@ -67,6 +69,7 @@ class Deck:
     notes: tuple[str, ...] = ()
     no_density: str = ""
     weightless: tuple[tuple[str, str], ...] = ()
+    loads: Mapping[str, StaticLoads] = field(default_factory=dict)
 
     def active_supports(self, names: Iterable[str] | None = None) -> dict[str, Support]:
         """Group -> support of the named sets of supports; None: the sets that are active by default.

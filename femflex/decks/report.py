@@ -10,6 +10,7 @@ from femflex.arrays import Array
 from femflex.decks.deck import Deck
 from femflex.decks.units import implausible
 from femflex.fem import Structure
+from femflex.fem.static_loads import StaticLoads
 from femflex.warning import grouped_texts
 
 NO_MASS = 1e-6  # [kg] below which a deck without densities has no mass
@@ -69,6 +70,7 @@ def describe(deck: Deck) -> str:
     force = ", ".join(deck.default_supports) or "none"
     sets = ", ".join(sorted(deck.supports)) or "none"
     lines.append(f"supports  in force: {force}; sets: {sets}")
+    lines += [f"loads     {name}: {_loads_text(loads, deck.mesh.points)}" for name, loads in deck.loads.items()]
     names = [name for name in deck.mesh.groups if name.startswith(("pid_", "set_")) or not name.startswith("node_")]
     listed_names = [
         name
@@ -81,6 +83,14 @@ def describe(deck: Deck) -> str:
     more = f" and {len(listed_names) - 30} more" if len(listed_names) > 30 else ""
     lines.append(f"groups    {', '.join(listed_names[:30])}{more}")
     return "\n".join(lines)
+
+
+def _loads_text(loads: StaticLoads, points: Array) -> str:
+    """The resultant of a set of loads, and its force per mass."""
+    force, moment = loads.resultant(points)
+    texts = [f"force {_list(force)} N, moment about the origin {_list(moment)} N m"] if len(loads.points) else []
+    texts += [f"force per mass {_list(loads.acceleration)} m/s^2"] if loads.acceleration.any() else []
+    return "; ".join(texts)
 
 
 def _list(values: Array) -> str:

@@ -15,6 +15,7 @@ from femflex.fem.line.segments import Segment, cut_into_segments
 from femflex.fem.point_mass import PointMass
 from femflex.fem.scalar_spring import ScalarSpring
 from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
+from femflex.fem.static_loads import StaticLoads
 from femflex.fem.structure import Member, Structure, StructureSkin, build_structure
 from femflex.fem.support import Support, antisymmetry, symmetry
 
@@ -32,6 +33,7 @@ __all__ = [
     "Rigid",
     "ScalarSpring",
     "Segment",
+    "StaticLoads",
     "Structure",
     "StructureSkin",
     "Support",

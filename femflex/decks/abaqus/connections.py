@@ -12,13 +12,13 @@ from femflex.arrays import Array
 from femflex.decks.abaqus.axes import System
 from femflex.decks.abaqus.model import WORDS, AbaqusModel, location_of
 from femflex.decks.abaqus.sections import SectionInputs
+from femflex.decks.abaqus.surfaces import Surfaces, surface_named
 from femflex.decks.builder import direction_key
 from femflex.fem import Distributing, MultiPointConstraint, Rigid
 from femflex.fem.support import GLOBAL, Rows
 from femflex.mesh.abaqus_flat import InstanceKeyword
 from femflex.mesh.abaqus_keywords import Keyword
 
-Surfaces = dict[tuple[str, str], list[int]]
 Transforms = Mapping[int, System]  # of nodes with *TRANSFORM
 
 COINCIDENT = 1e-6  # of the model's extent: distance up to which two tied nodes coincide
@@ -28,13 +28,9 @@ ALL = (0, 1, 2, 3, 4, 5)
 def surface_nodes(model: AbaqusModel, surfaces: Surfaces, word: str, entry: InstanceKeyword) -> list[int]:
     """Nodes of a surface or node set named by a keyword."""
     scope, keyword = entry
-    instance, _, name_in_instance = word.upper().rpartition(".")
-    for key in ((scope.upper(), word.upper()), ("", word.upper()), (instance, name_in_instance)):
-        if key in surfaces:
-            return surfaces[key]
-    matches = [nodes for (_, name), nodes in surfaces.items() if name == word.upper()]
-    if len(matches) == 1:
-        return matches[0]
+    surface = surface_named(surfaces, word, scope)
+    if surface is not None:
+        return surface.nodes
     if model.flat.nsets.is_known(word, scope):
         return model.nodes_of(word, scope, keyword)
     raise ValueError(

@@ -9,6 +9,7 @@ import numpy as np
 
 from femflex.decks.abaqus.axes import read_orientations, read_transforms
 from femflex.decks.abaqus.connections import read_connections, read_ties
+from femflex.decks.abaqus.loads import read_loads
 from femflex.decks.abaqus.materials import Materials
 from femflex.decks.abaqus.model import AbaqusModel
 from femflex.decks.abaqus.nonstructural_mass import read_nonstructural_mass
@@ -67,6 +68,7 @@ def read_abaqus_deck(path: Path, units: Units, overrides: Overrides) -> Deck:
     _add_lone_nodes(model)
     finish_masses(model)
     supports, default = read_supports(model, transforms)
+    loads = read_loads(model, surfaces, transforms)
     _add_set_groups(model)
     report_unused(model)
     materials = inputs.materials.all_materials()
@@ -95,6 +97,7 @@ def read_abaqus_deck(path: Path, units: Units, overrides: Overrides) -> Deck:
         tuple(material.density for material in materials), tuple(material.name for material in materials),
         dict(sorted(findings.used.items())), findings.left_out, findings.notes, no_density,
         (*((m.name, "density") for m in materials), *((name, "nonstructural_mass") for name in model.bare_sections)),
+        loads,
     )  # fmt: skip
     stiff = model.build.families() <= FULL_RANK_FAMILIES and not model.connections and not _node_members(model)
     return deck if stiff else deck.with_autospc()  # which assembles the structure

@@ -1,6 +1,8 @@
-"""Surfaces of an Abaqus deck as sets of nodes, and the faces of elements by their labels S1 to S6."""
+"""Surfaces of an Abaqus deck, and the faces of elements by their labels S1 to S6."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 from femflex.decks.abaqus.model import AbaqusModel
 from femflex.mesh.abaqus_flat import Element, InstanceKeyword
@@ -14,14 +16,26 @@ FACES: dict[str, list[tuple[int, ...]]] = {
 }
 
 
-def read_surfaces(model: AbaqusModel) -> dict[tuple[str, str], list[int]]:
-    """Nodes of *SURFACE by instance and name, in capitals."""
-    surfaces: dict[tuple[str, str], list[int]] = {}
+@dataclass(frozen=True)
+class Surface:
+    """A surface: its nodes, and (element, label) of its faces, none of a surface of nodes."""
+
+    nodes: list[int]
+    faces: list[tuple[int, str]]
+
+
+Surfaces = dict[tuple[str, str], Surface]  # by instance and name, in capitals
+
+
+def read_surfaces(model: AbaqusModel) -> Surfaces:
+    """The surfaces of a deck (*SURFACE)."""
+    surfaces: Surfaces = {}
 
     def add(entry: InstanceKeyword) -> None:
         scope, keyword = entry
         kind = (keyword.parameter("type") or "ELEMENT").upper()
         nodes: dict[int, None] = {}
+        faces: list[tuple[int, str]] = []
         for k, row in enumerate(keyword.data):
             word = row[0]
             if not word:
@@ -32,10 +46,21 @@ def read_surfaces(model: AbaqusModel) -> dict[tuple[str, str], list[int]]:
             label = row[1].upper() if len(row) > 1 else ""
             for number in model.flat.elements_of(word, scope, keyword.location(k)):
                 nodes |= dict.fromkeys(face_nodes(model.flat.elements[number], label))
-        surfaces[scope.upper(), keyword.parameter("name").upper()] = list(nodes)
+                faces.append((number, label))
+        surfaces[scope.upper(), keyword.parameter("name").upper()] = Surface(list(nodes), faces)
 
     model.for_each_keyword(add, "SURFACE")
     return surfaces
+
+
+def surface_named(surfaces: Surfaces, word: str, scope: str) -> Surface | None:
+    """The surface that a keyword of an instance names; None where there is none, or several."""
+    instance, _, name_in_instance = word.upper().rpartition(".")
+    for key in ((scope.upper(), word.upper()), ("", word.upper()), (instance, name_in_instance)):
+        if key in surfaces:
+            return surfaces[key]
+    matches = [surface for (_, name), surface in surfaces.items() if name == word.upper()]
+    return matches[0] if len(matches) == 1 else None
 
 
 def face_nodes(element: Element, label: str) -> list[int]:

@@ -52,13 +52,7 @@ def _bar(model: NastranModel, card: Card) -> None:
         return
     extra_mass = model.nonstructural(number)
     bar = bar.with_added_mass(extra_mass)
-    axes = model.grids.axes(ends[0])
-    word = card.word(7)
-    frames = word if word.isalpha() and len(word) == 3 else "GGG"
-    if model.bulk.raw.by_gmsh and card.is_integer(4) and not card.has(5):
-        default, v = None, None
-    else:
-        v = bar_orientation(model, card, ends[0], axes, default, frames)
+    v, frames = bar_vector(model, card), _offset_codes(card)
     points = [model.grids[g].position for g in ends]
     offsets = [np.array(card.reals(k, 3)) * model.bulk.units.length for k in (10, 13)]
     if frames[0] not in "GB" or set(frames[1:]) - set("GOE"):
@@ -102,6 +96,19 @@ def _bar(model: NastranModel, card: Card) -> None:
     else:
         add_bar(model, card, pid, tuple(rows), key, section, options, (), [])
     mark_displaced_and_rotated(model, ends)
+
+
+def bar_vector(model: NastranModel, card: Card) -> Array | None:
+    """The orientation vector (3,) [m] of a CBAR or CBEAM in basic components; None: any, in a deck of Gmsh."""
+    if model.bulk.raw.by_gmsh and card.is_integer(4) and not card.has(5):
+        return None
+    first, default = card.integer(2), model.bars.defaults.get(card.name)
+    return bar_orientation(model, card, first, model.grids.axes(first), default, _offset_codes(card))
+
+
+def _offset_codes(card: Card) -> str:
+    word = card.word(7)
+    return word if word.isalpha() and len(word) == 3 else "GGG"
 
 
 def mark_displaced_and_rotated(model: NastranModel, grids: list[int]) -> None:

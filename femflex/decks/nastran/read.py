@@ -12,6 +12,7 @@ from femflex.decks.nastran.bulk import bulk_of
 from femflex.decks.nastran.general_elements import read_general_elements
 from femflex.decks.nastran.grids import Grids
 from femflex.decks.nastran.line_elements import read_line_elements
+from femflex.decks.nastran.loads import read_loads
 from femflex.decks.nastran.masses import finish_masses, read_masses
 from femflex.decks.nastran.materials import Materials
 from femflex.decks.nastran.model import NastranModel
@@ -75,6 +76,7 @@ def read_nastran_deck(path: Path, units: Units, overrides: Overrides) -> Deck:
     finish_springs(model)
     finish_masses(model, 0.0)
     supports, default = read_supports(model)
+    loads = read_loads(model)
     read_sets(model)
     report_unused(bulk)
     all_materials = materials.all_materials()
@@ -96,7 +98,7 @@ def read_nastran_deck(path: Path, units: Units, overrides: Overrides) -> Deck:
         tuple(model.connections), tuple(model.bushings), supports, default, dict(model.build.row_of), units,
         *_moduli_and_densities(materials), tuple(f"mat_{material.number}" for material in materials.all_materials()),
         dict(sorted(bulk.findings.used.items())), bulk.findings.left_out, bulk.findings.notes, no_density,
-        tuple((f"mat_{material.number}", "density") for material in all_materials),
+        tuple((f"mat_{material.number}", "density") for material in all_materials), loads,
     )  # fmt: skip
     autospc = bulk.parameters.get("AUTOSPC")
     return deck if autospc is not None and autospc.word(1) == "NO" else deck.with_autospc()

@@ -20,9 +20,8 @@ CONSEQUENCES = (
     (r"CYJOIN|CYSYM|CYSUP|CYAX", "cyclic symmetry is left out; stiffness and mass of the other sectors are missing"),
     (r"SUPORT", "free bodies are reduced by the case (method = 'free_free')"),
     (r"EIGR|EIGRL|EIGB|EIGC|EIGP", "choice of modes is left out; the case says how many"),
-    (r"GRAV|ACCEL", "loads and weight are left out; the case has them"),
-    (r"FORCE|MOMENT|PLOAD|LOAD|RFORCE|SLOAD|TEMP|DLOAD|RLOAD|TLOAD|DAREA|LSEQ|DEFORM|TIC|SPCD|DELAY|DPHASE|RANDPS|RANDT",
-     "loads and temperatures are left out; the case has them"),
+    (r"FORCE|MOMENT|PLOAD|LOAD|ACCEL|RFORCE|SLOAD|TEMP|DLOAD|RLOAD|TLOAD|DAREA|LSEQ|DEFORM|TIC|SPCD|DELAY|DPHASE|RANDPS|RANDT",
+     "loads and temperatures of these cards are left out; give them in the case"),
     (r"FREQ|TSTEP|TABD|TABL|TABR|TABS|TABE|TF$|NLPARM|NLPCI|RSPEC|RCROSS|TSTEPNL|EPOINT|NOLIN",
      "choices of an analysis are left out; the case has its own"),
     (r"CAERO|PAERO|AERO|AEROS|SPLINE|AESTAT|AELIST|AESURF|AEFACT|AECOMP|AEPARM|AELINK|FLFACT|FLUTTER|MKAERO|TRIM|GUST"
@@ -40,7 +39,7 @@ CONSEQUENCES = (
      "superelements are left out; their stiffness and mass are missing"),
     (r"BOLT|BOLTFOR|BOLTLD|BOLTSEQ|BOLTADD", "bolt preload is left out"),
     (r"MODTRAK|MATTC|ECHOON|ECHOOFF|ENDDATA|CORD|PARAM|OUTPUT|ECHO|CEND|SOL|TITLE|OUTRCV|STOCHAS|BLDOUT|POINT|CBARAO|PBMN"
-     r"|SEQGP|PLOAD1|DYNRED|RVDOF|RCONN|GUST|BLSEG|MDLPRM|GMNURB|GMCURV|FEEDGE|FEFACE|ADAPT|GMBNDC|OUTGRID|CPARAM"
+     r"|SEQGP|DYNRED|RVDOF|RCONN|GUST|BLSEG|MDLPRM|GMNURB|GMCURV|FEEDGE|FEFACE|ADAPT|GMBNDC|OUTGRID|CPARAM"
      r"|TABDMP|SET2|SWLDPRM|AMLREG|CONCHK|DEBUG|RBESET", "nothing is left out of the structure"),
 )  # fmt: skip
 # Elements with stiffness or mass that femflex does not support: the model would be wrong without them.
