@@ -9,6 +9,7 @@ import numpy as np
 
 from femflex.arrays import Array, IntArray
 from femflex.body.foreshortening import Foreshortening
+from femflex.body.load_set import LoadSet
 from femflex.body.marker import Marker
 from femflex.body.mass_points import MassPoints
 from femflex.body.moments import MassMoments
@@ -38,6 +39,7 @@ class FlexibleBody(Summarised):
     strain_field  parts over all shapes that recover strain over the body; empty if unknown
     mass_points  points of mass over all shapes, of bodies so long that gravity is integrated over them; or None
     patches  group -> Patches, over which forces can be spread
+    load_sets  name -> LoadSet, of the static loads of its deck
 
     Arrays, names and units only: it can be pickled. The source of a body is its `reduction.Origin`, and notes on
     it are advice.
@@ -55,6 +57,7 @@ class FlexibleBody(Summarised):
     strain_field: tuple[StrainPart, ...] = ()
     mass_points: MassPoints | None = None
     patches: dict[str, Patches] = field(default_factory=dict)
+    load_sets: dict[str, LoadSet] = field(default_factory=dict)
 
     def summary(self) -> tuple[str, Rows]:
         """Mass, centre of mass, coordinates, frequencies and markers."""

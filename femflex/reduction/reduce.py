@@ -11,9 +11,11 @@ import numpy as np
 from femflex.arrays import Array, BoolArray, IntArray
 from femflex.body import FlexibleBody, Skin, StrainTensors
 from femflex.fem.deflected import tension_blocks
+from femflex.fem.static_loads import StaticLoads
 from femflex.fem.structure import Structure
 from femflex.fem.tables import SectionInertia, element_chunks
 from femflex.reduction.beams.strain_points import strain_field
+from femflex.reduction.boundary.load_sets import add_load_sets
 from femflex.reduction.boundary.markers import attachable_nodes, marker, marker_rows
 from femflex.reduction.boundary.patches import add_patches
 from femflex.reduction.boundary.rigid import check_no_rigid_motion, is_held_by_springs, rigid_shapes
@@ -49,6 +51,7 @@ def reduce_structure(
     strain: Strain = "linear",
     turning: Container[str] | None = None,
     patches: Sequence[str] = (),
+    loads: Mapping[str, StaticLoads] | None = None,
 ) -> FlexibleBody:
     """The FlexibleBody of a structure that moves in these shapes; the body frame is the mesh's coordinates.
 
@@ -59,6 +62,7 @@ def reduce_structure(
     those that are slower than their excitation, which stay coordinates (`dependent_derivatives`).
     turning: markers whose rotation will be used (default: all); those without a rotation are warned of.
     patches: mesh groups of lines, surfaces or faces over which forces will be spread (`Patches`).
+    loads: name -> static loads that will act on it (`LoadSet`).
     A linear body contains the foreshortening of its lowest shape (`foreshortening`), by which the effect that linear
     strain leaves out is estimated.
     Warns if linear strain meets an initial stress that the supports do not react, if thin plates leave out significant
@@ -78,6 +82,7 @@ def reduce_structure(
     damped = [strain == "linear" or kind != "derivative" for kind in modes.kinds]
     without_work = _shapes_without_modal_work(structure, modes, strain)
     body_patches, patch_markers = add_patches(structure, phi, patches, strain != "linear")
+    load_sets, load_markers = add_load_sets(structure, phi, loads or {})
     body = FlexibleBody(
         moments=moments,
         strain=_strain_tensors(structure, phi, V1, strain),
@@ -97,7 +102,8 @@ def reduce_structure(
             )
             for name, group in all_markers.items()
         }
-        | patch_markers,
+        | patch_markers
+        | load_markers,
         skin=skin_of(structure, phi),
         kinds=tuple(
             "attachment" if kind == UNANSWERED and not is_alone else kind
@@ -107,6 +113,7 @@ def reduce_structure(
         strain_field=strain_field(structure, phi, strain != "linear"),
         mass_points=mass_points(structure, phi),
         patches=body_patches,
+        load_sets=load_sets,
     )
     if strain == "linear":
         has_lowest_shape = (

@@ -11,7 +11,9 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors
+from femflex.fem.static_loads import StaticLoads
 from femflex.fem.structure import Structure
+from femflex.reduction.boundary.load_sets import add_load_sets
 from femflex.reduction.boundary.markers import marker, marker_rows
 from femflex.reduction.boundary.patches import add_patches
 from femflex.reduction.inertia.accelerations import loads_of_rigid_accelerations
@@ -29,6 +31,7 @@ def small_motion_body(
     markers: Mapping[str, str] | None = None,
     turning: Container[str] | None = None,
     patches: Sequence[str] = (),
+    loads: Mapping[str, StaticLoads] | None = None,
 ) -> FlexibleBody:
     """The undamped FlexibleBody of a structure for small motions about rest; arguments as of `reduce_structure`."""
     groups = {**{group: group for group in modes.groups}, **(markers or {})}
@@ -38,7 +41,8 @@ def small_motion_body(
         for name, group in groups.items()
     }
     body_patches, patch_markers = add_patches(structure, modes.phi, patches, False)
-    body_markers |= patch_markers
+    load_sets, load_markers = add_load_sets(structure, modes.phi, loads or {})
+    body_markers |= patch_markers | load_markers
     body = body_of_shapes(structure, modes.phi, rigid, body_markers)
     return FlexibleBody(
         moments=body.moments,
@@ -50,6 +54,7 @@ def small_motion_body(
         omega=modes.omega,
         mass_points=mass_points(structure, modes.phi),
         patches=body_patches,
+        load_sets=load_sets,
     )
 
 
