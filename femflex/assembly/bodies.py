@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from femflex.assembly.acting_loads import acting_loads, added_shapes_text
-from femflex.assembly.decks import with_deck
+from femflex.assembly.decks import load_sets_of, with_deck
 from femflex.assembly.deploying import added_note, build_deploying, deployed_origin
 from femflex.assembly.extents import warn_of_doubtful_extents
 from femflex.assembly.functions import functions_of
@@ -139,6 +139,7 @@ def _table_key(case: Case, name: str) -> str:
         excluded.add("length")
     if isinstance(table, FlexibleTable):
         context.append(str(acting_loads(case, name, table, marker_groups(table))))
+        context.append(str(sorted(load_sets_of(case, name, table))))
     return f"{type(table).__name__} {table.model_dump_json(exclude=excluded)} {context}"
 
 
@@ -187,7 +188,8 @@ def _body_from_table(
     structure, modeset = build_modes(as_built, table, modes, name, acting, preload_of(case, name, table))
     if draft:
         turning, groups = turning_markers(case, name), patch_groups(case, name)
-        body = small_motion_body(structure, modeset, marker_groups(table), turning, groups)
+        loads = load_sets_of(case, name, table)
+        body = small_motion_body(structure, modeset, marker_groups(table), turning, groups, loads)
     else:
         body, modeset = _reduce_with_strain(case, name, table, structure, modeset)
     reduction = table.reduction
@@ -239,8 +241,8 @@ def _reduce_with_strain(
         check_torques(case, name, groups, structure)
     if strain == "condensed" and keep is None:
         modeset = with_derivatives(structure, modeset)
-    damping, patches = _damping(table.damping), patch_groups(case, name)
-    body = reduce_structure(structure, modeset, groups, damping, strain, turning, patches)
+    damping, patches, loads = _damping(table.damping), patch_groups(case, name), load_sets_of(case, name, table)
+    body = reduce_structure(structure, modeset, groups, damping, strain, turning, patches, loads)
     if strain == "nonlinear" and isinstance(r, Stretchable) and body.n_modes:
         if keep == "none" and not r.responses:
             _warn_of_stiffness(name, structure, modeset, body)

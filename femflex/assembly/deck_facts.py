@@ -84,7 +84,7 @@ def deck_facts(path: Path, units: str | None, file: str) -> DeckFacts:
     notes += [f"left out: {cards}" for cards in deck.unused]
     return DeckFacts(
         file, deck.solver, units, reason, sets, clamp, root, tip, _groups(deck), mass, extent, frequencies,
-        tuple(toml_key(name) for name in deck.materials), weightless, rigid, tuple(notes),
+        tuple(toml_key(name) for name in deck.materials), weightless, rigid, tuple(notes), tuple(deck.loads),
     )  # fmt: skip
 
 

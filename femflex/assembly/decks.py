@@ -18,6 +18,7 @@ from femflex.case.shape import MarkerTable
 from femflex.case.support import DIRECTIONS, SkewSupport
 from femflex.decks import Deck, read_deck
 from femflex.fem import Member, Support
+from femflex.fem.static_loads import StaticLoads
 from femflex.fem.support import GLOBAL
 from femflex.mesh import Mesh
 from femflex.mesh.refine import refined_values
@@ -98,6 +99,22 @@ def with_deck(case: Case, name: str, table: FlexibleTable) -> FlexibleTable:
     return table.model_copy(
         update={"reduction": r.model_copy(update={"clamp": clamped}), "markers": {**table.markers, **markers}}
     )
+
+
+def load_sets_of(case: Case, name: str, table: FlexibleTable) -> dict[str, StaticLoads]:
+    """The sets of loads of a body's deck that effectors of the case name. Raises CaseError for unknown ones."""
+    deck = deck_of(case, name, table)
+    sets: dict[str, StaticLoads] = {}
+    if deck is None:
+        return sets  # reported where the loads are built
+    for heading, nouns in case.effectors.items():
+        for noun_name, noun in nouns.items():
+            for one in [load_set for body, load_set in noun.load_sets() if body == name]:
+                if one not in deck.loads:
+                    text = f"found {one!r}, which is no set of loads of {deck.name}; {suggestion_text(one, deck.loads)}"
+                    raise CaseError(case.path.name, [Problem(f"{heading}.{noun_name}.load_set", text)])
+                sets[one] = deck.loads[one]
+    return sets
 
 
 def _clamp_value(support: Support) -> tuple[str, ...] | SkewSupport:

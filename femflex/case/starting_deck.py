@@ -25,6 +25,7 @@ class DeckFacts:
     weightless   names of a deck without mass, and the key of their override: density or nonstructural_mass
     rigid        whether it has no elastic modes
     notes        sentences on what needs to be looked at
+    loads        names of its sets of loads
     """
 
     file: str
@@ -43,6 +44,7 @@ class DeckFacts:
     weightless: tuple[tuple[str, str], ...] = ()
     rigid: bool = False
     notes: tuple[str, ...] = ()
+    loads: tuple[str, ...] = ()
 
 
 def deck_tables(facts: DeckFacts) -> str:
@@ -86,6 +88,15 @@ def deck_tables(facts: DeckFacts) -> str:
         'child_marker = "root"',
         "",
     ]
+    if facts.loads:
+        lines += [
+            *_comment(f"Sets of loads: {_names_text(facts.loads)}. They act if a table names them:"),
+            "# [distributed_loads.static]",
+            '# body = "flexible"',
+            f"# load_set = {json.dumps(facts.loads[0])}",
+            "# level = 1               # a factor, or a signal",
+            "",
+        ]
     return "\n".join(lines)
 
 

@@ -135,6 +135,10 @@ class EffectorNoun(Parametric):
         """(body, group) of the patches that it needs (`femflex.body.Patches`); none of one that acts at markers."""
         return ()
 
+    def load_sets(self) -> tuple[tuple[str, str], ...]:
+        """(body, set of loads) of the body's deck that it needs (`femflex.body.LoadSet`)."""
+        return ()
+
     def first_start(self) -> float | None:
         """Time at which it first acts [s]; None for one that acts from the start, or on command."""
         return None

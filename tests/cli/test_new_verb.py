@@ -55,6 +55,13 @@ def test_deck_has_units_and_supports(femflex, tmp_path, deck):
     body = read_case(tmp_path / "craft.toml").bodies["flexible"]
     assert body.units == "mm-t-s" and list(body.reduction.clamp) == ["supports"]
     assert body.markers["root"].group != body.markers["tip"].group
+    text = (tmp_path / "craft.toml").read_text()
+    before, commented, after = text.partition("# [distributed_loads")
+    assert bool(commented) == (deck == "mast.bdf")  # which has GRAV 7
+    if commented:
+        table, _, rest = after.partition("\n\n")
+        (tmp_path / "craft.toml").write_text(before + (commented + table)[2:].replace("\n# ", "\n") + "\n\n" + rest)
+        assert read_case(tmp_path / "craft.toml").effectors["distributed_loads"]["static"].load_set == "load 7"
 
 
 def test_deck_without_supports_or_mass_gets_free_modes_and_a_density(femflex, tmp_path):
