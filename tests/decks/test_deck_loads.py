@@ -250,13 +250,15 @@ BLOCK = {  # a solid of each kind: its corners [mm], in the order of the card
     "CHEXA": [[0, 0, 0], [9, 1, 0], [8, 7, 1], [0, 6, 0], [1, 0, 5], [9, 0, 6], [9, 8, 7], [0, 7, 5]],
     "CPENTA": [[0, 0, 0], [9, 1, 0], [1, 7, 1], [1, 0, 5], [9, 0, 6], [0, 7, 8]],
     "CTETRA": [[0, 0, 0], [9, 1, 0], [1, 7, 1], [1, 2, 5]],
+    "CPYRAM": [[0, 0, 0], [9, 1, 0], [8, 7, 1], [0, 6, 0], [3, 4, 7]],
 }
 FACES = {  # corners as on the card, whose order is that of the card's figure
     "CHEXA": ["1432", "5678", "1265", "2376", "3487", "4158"],
     "CPENTA": ["132", "456", "1254", "2365", "3146"],
     "CTETRA": ["132", "124", "234", "314"],
+    "CPYRAM": ["1432", "125", "235", "345", "415"],
 }
-TYPES = {"CHEXA": "C3D8", "CPENTA": "C3D6", "CTETRA": "C3D4"}
+TYPES = {"CHEXA": "C3D8", "CPENTA": "C3D6", "CTETRA": "C3D4", "CPYRAM": "C3D5"}
 
 
 def volume(kind: str) -> float:
@@ -276,14 +278,17 @@ def volume(kind: str) -> float:
     return total
 
 
+@pytest.mark.parametrize("middles", [(), (99,)])
 @pytest.mark.parametrize("kind", BLOCK)
-def test_water_lifts_a_solid_as_archimedes_says(kind, tmp_path):
+def test_water_lifts_a_solid_as_archimedes_says(kind, middles, tmp_path):
     """PLOAD4 on all faces, the pressure falling with height by 2 N/mm^2 per mm: the lift is that times the volume."""
     grids = [f"GRID,{k + 1},," + ",".join(f"{v:.1f}" for v in x) for k, x in enumerate(BLOCK[kind])]
-    cards = [*grids, *lines(kind, 1, 3, *range(1, len(grids) + 1)), "PSOLID,3,1", STEEL, "SPC1,1,123,1,2,3"]
+    cards = [*grids, *lines(kind, 1, 3, *range(1, len(grids) + 1), *middles), "PSOLID,3,1", STEEL, "SPC1,1,123,1,2,3"]
+    cards += ["GRID,99,,4.5,.5,0."] * len(middles)  # between the first two corners; the others are filled in
     for face in FACES[kind]:
         p = [f"{50.0 - 2.0 * BLOCK[kind][int(c) - 1][2]:.1f}" for c in face] + [""] * (4 - len(face))
-        off = face[2] if len(face) == 4 else next(c for c in "1234" if c not in face) if kind == "CTETRA" else ""
+        of_triangle = {"CTETRA": ({*"1234"} - {*face}).pop() if len(face) == 3 else "", "CPYRAM": face[1], "CPENTA": ""}
+        off = face[2] if len(face) == 4 else of_triangle[kind]
         cards.append(f"PLOAD4,2,1,{','.join(p)},{face[0]},{off}")
     deck = read_deck_of_cards(tmp_path, *cards, units="mm-t-s")
     force, _ = deck.loads["load 2"].resultant(deck.mesh.points)
