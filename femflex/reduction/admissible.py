@@ -10,6 +10,7 @@ import numpy as np
 
 from femflex.arrays import Array, BoolArray
 from femflex.body import FlexibleBody, Marker, Patches, Skin, StrainTensors
+from femflex.body.patches import FLAT
 from femflex.fem.eigen.canonical import canonical_modes, signs
 from femflex.fem.eigen.modes import dense_modes
 from femflex.fem.line.section_points import section_points
@@ -19,7 +20,7 @@ from femflex.reduction.beams.beam_strain import beam_strain
 from femflex.reduction.beams.strain_points import beam_field
 from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
 from femflex.reduction.boundary.clamps import Groups, held_dofs, names
-from femflex.reduction.boundary.patches import MOST, CellMotion, mean_markers
+from femflex.reduction.boundary.patches import CellMotion, mean_markers
 from femflex.reduction.boundary.rigid import dofs_of_node_motion
 from femflex.reduction.inertia.moments import point_moments
 from femflex.reduction.large_deflection.foreshortening import foreshortening_of
@@ -292,9 +293,9 @@ def _patches(
     if not groups:
         return {}, {}
     x, weight = gauss(points_for(functions.max_count))
-    xi = (np.arange(MOST)[:, None] + x) / MOST
-    centre, turn = (rows.reshape(MOST, len(x), 3, -1) for rows in _section_motion(beam, functions, xi.ravel()))
-    size = np.full(MOST, beam.length / MOST)
+    xi = (np.arange(FLAT)[:, None] + x) / FLAT
+    centre, turn = (rows.reshape(FLAT, len(x), 3, -1) for rows in _section_motion(beam, functions, xi.ravel()))
+    size = np.full(FLAT, beam.length / FLAT)
     position = np.asarray(beam.root, float) + np.outer(xi @ weight * beam.length, beam.frame[0])
     phi, psi = (np.einsum("q,cqan->can", weight, rows) @ X for rows in (centre, turn))
     cells = CellMotion(size, position, np.outer(size, beam.frame[0]), phi, psi)

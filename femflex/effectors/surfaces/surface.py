@@ -1,6 +1,6 @@
 """Surfaces of bodies as flat facets and tubes that move with markers, for forces of light and air.
 
-A flexible body's surface is a group of its mesh: up to 32 patches, each flat and turned as it is on average, or lengths
+A flexible body's surface is a group of its mesh: patches, each flat and turned as it is on average, or lengths
 of tube of a group of lines. A rigid body's surface is that of its shapes, whose facets move with one marker; facets in
 one plane, of one kind, are one facet.
 """

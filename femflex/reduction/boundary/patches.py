@@ -16,7 +16,6 @@ from femflex.mesh.cells import CELL_TYPES, EDGES, FACES
 from femflex.mesh.quality import quadrature
 from femflex.mesh.regions import with_whole_groups
 
-MOST = 32  # patches of a group: a pressure that follows a plate bent by 10 % of its length is then right to 1e-3
 POINTS = 4  # Gauss points of a cell per direction: exact for cubics along its sides, times areas of bent cells
 
 
@@ -41,7 +40,7 @@ def mean_markers(
 ) -> tuple[Patches, dict[str, Marker]]:
     """The Patches of cells, and the markers of these and of the whole group."""
     unit = cells.area / np.maximum(np.linalg.norm(cells.area, axis=1), np.finfo(float).tiny)[:, None]
-    parts = clusters(cells.position, unit, MOST)
+    parts = clusters(cells.position, unit)
     markers = {}
     for k, part in enumerate(parts):
         weight = cells.size[part] / cells.size[part].sum()
