@@ -13,6 +13,7 @@ from femflex.arrays import IntArray
 from femflex.decks.nastran.bulk import Bulk, bulk_of
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.grids import Grids
+from femflex.decks.nastran.scalar_points import listed_scalar_points
 from femflex.decks.nastran.systems import Systems
 from femflex.decks.units import Units
 from femflex.matrices.arrays import arrays_of, contents_of
@@ -28,7 +29,7 @@ def _bulk(path: Path) -> Contents:
     """DMIG matrices, GRID, SPOINT and EXTRN cards of a file. Raises DeckError with all problems of these cards."""
     bulk = bulk_of(read_deck(path), Units(), {})
     grids = Grids(bulk, Systems(bulk))
-    contents = Contents(dofs=_superelement_map(bulk), scalars=grids.scalars)
+    contents = Contents(dofs=_superelement_map(bulk), scalars=listed_scalar_points(bulk))
     if numbers := grids.numbers():
         axes = np.array([grids.axes(number) for number in numbers])
         contents.ids = np.array(numbers, np.int64)

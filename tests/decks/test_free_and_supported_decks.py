@@ -99,14 +99,27 @@ def test_set_of_generated_elements_includes_master(tmp_path):
     assert len(read_deck(path, "mm-t-s").mesh.group_cells("BOOM")["line"]) == 4
 
 
-@pytest.mark.parametrize("ways", [(2,), (2, 3)])
-def test_mass_of_a_scalar_point_moves_along_its_spring(tmp_path, ways):
-    """A mass m on a spring c of a heavy, sprung grid: the two frequencies of two masses in series, in each way."""
-    M, K, m, k = 8.0, 3000.0, 2.0, 500.0
-    cards = ["GRID,1,,0.,0.,0.", f"CONM2,9,1,,{M}", *(f"CELAS2,{c},{K},1,{c}" for c in (1, 2, 3)), "SPOINT,101,102"]
-    for n, c in enumerate(ways):
-        cards += [f"CELAS2,{20 + n},{k},1,{c},{101 + n}", f"CMASS4,{30 + n},{m},{101 + n}"]
-    imported = nastran_decks.read_deck_of_cards(tmp_path, *cards, control="ECHO = NONE")
-    pair = np.linalg.eigvals(np.linalg.solve(np.diag([M, m]), [[K + k, -k], [-k, k]]))
-    reference = np.sort([*np.tile(pair, len(ways)), *[K / (M + m)] * (3 - len(ways))])
+@pytest.mark.parametrize(
+    ("cards", "ways", "k", "ground"),
+    [
+        (["SPOINT,101", "CELAS2,20,{k},1,2,101", "CMASS4,30,{m},101"], 1, 500.0, 0.0),
+        (["CELAS2,20,{k},1,2,101", "CMASS2,30,{m},101", "SPOINT,2", "SPC1,2,0,101,2"], 1, 500.0, 0.0),
+        (["CELAS4,20,{k},101", "CELAS2,21,{k},1,3,101", "CMASS2,30,1.5,101", "CMASS2,31,.5,101"], 1, 500.0, 500.0),
+        (["CELAS2,20,{k},1,2,101", "CELAS2,21,{k},1,3,102", "CMASS4,9,{m},101", "CMASS4,8,{m},102"], 2, 500.0, 0.0),
+        (["MPC,5,9,0,1.,1,3,-1.", "CELAS1,2,7,9,,8", "PELAS,7,{k}", "CMASS3,3,8,8", "PMASS,8,{m}"], 1, 500.0, 0.0),
+        (["SPOINT,101,THRU,103", "MPC,5,101,0,1.,1,3,-1.", "CMASS2,30,{m},101,0", "CELAS2,9,5.,103,0"], 1, np.inf, 0.0),
+        (["CMASS2,30,{m},1,2"], 1, np.inf, 0.0),
+    ],
+    ids=["spring", "without SPOINT", "to ground", "two ways", "equation and spring", "equation", "at a grid"],
+)  # fmt: skip
+def test_scalar_points_move_along_one_component_alone(tmp_path, cards, ways, k, ground):
+    """A mass m on a spring k, or rigidly, at a heavy sprung grid: two masses in series along it, one across it."""
+    M, K, m = 8.0, 3000.0, 2.0
+    heavy = ["GRID,1,,0.,0.,0.", f"CONM2,9,1,,{M}", *(f"CELAS2,{c},{K},1,{c}" for c in (1, 2, 3))]
+    cards = [*heavy, *(card.format(k=k, m=m) for card in cards)]
+    imported = nastran_decks.read_deck_of_cards(tmp_path, *cards, control="MPC = 5")
+    along = [K / (M + m)]
+    if np.isfinite(k):
+        along = np.linalg.eigvals(np.linalg.solve(np.diag([M, m]), [[K + k, -k], [-k, k + ground]]))
+    reference = np.sort([*np.tile(along, ways), *[K / M] * (3 - ways)])
     assert free(imported, len(reference)) == pytest.approx(np.sqrt(reference) / (2 * np.pi), rel=1e-9)

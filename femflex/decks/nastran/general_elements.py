@@ -31,9 +31,6 @@ def _general(model: NastranModel, card: Card) -> None:
     grids = [grid for grid, _ in independent + dependent]
     if not independent:
         raise ValueError(f"{card} names no components UI")
-    if any(g in model.grids.scalars for g in grids):
-        model.bulk.findings.unused("GENEL", "matrices to scalar points are left out", card.location)
-        return
     if not model.grids.require(grids, card):
         return
     unit = _units(model, independent)

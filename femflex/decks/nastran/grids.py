@@ -1,4 +1,4 @@
-"""Grid points: GRID with its systems CP and CD, GRDSET, and scalar points."""
+"""Grid points: GRID with its systems CP and CD and GRDSET."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from femflex.arrays import Array
 from femflex.decks.nastran.bulk import Bulk
-from femflex.decks.nastran.card import Card, numbers_of
+from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.systems import Systems
 
 
@@ -31,11 +31,8 @@ class Grids:
         self._cards: dict[int, Card] = {}
         self._grids: dict[int, Grid] = {}
         self._defaults = next(iter(bulk.cards_named("GRDSET")), None)
-        self.scalars: set[int] = set()
         systems.grid_position = self.position
         bulk.for_each_card(self._add, "GRID")
-        for card in bulk.cards_named("SPOINT", use=False):
-            bulk.attempt(card, lambda card=card: self.scalars.update(numbers_of(card, 0)))  # type: ignore[misc]
         for number, card in self._cards.items():
             bulk.attempt(card, lambda number=number: self._grid(number))  # type: ignore[misc]
 
@@ -100,12 +97,8 @@ class Grids:
         missing = [number for number in numbers if number not in self._grids]
         unknown = [number for number in missing if number not in self._cards]
         if unknown:
-            reason = "scalar points" if all(n in self.scalars for n in unknown) else "no GRID card defines"
             numbers_text = ", ".join(map(str, unknown[:5]))
-            text = (
-                f"uses {numbers_text}, {reason}"
-                if "scalar" in reason
-                else f"uses grid point {numbers_text}, which {reason}"
+            self._bulk.findings.problem(
+                f"{card} uses grid point {numbers_text}, which no GRID card defines", card.location
             )
-            self._bulk.findings.problem(f"{card} {text}", card.location)
         return not missing

@@ -6,8 +6,8 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.decks.nastran.card import Card
-from femflex.decks.nastran.model import NastranModel
-from femflex.fem import PointMass
+from femflex.decks.nastran.model import WORDS, NastranModel
+from femflex.fem import MultiPointConstraint, PointMass
 from femflex.fem.point_mass import check_inertia
 
 NO_MASS = 1e-6  # mass given to an inertia without mass, relative to the total mass
@@ -88,8 +88,8 @@ def _conm1(model: NastranModel, card: Card) -> None:
 
 
 def _add_scalar_masses(model: NastranModel) -> None:
-    """Add the CMASS of single grids: equal masses in components 1 to 3 form a point mass, components 4 to 6 are
-    inertias about the displacement axes; others are reported as unused."""
+    """Add the CMASS of single grids: equal masses in components 1 to 3 form a point mass, others move along one
+    component; components 4 to 6 are inertias about the displacement axes."""
     bulk, by_grid = model.bulk, dict[int, dict[int, tuple[float, Card]]]()
     values = {
         card.integer(k): card.real(k + 1, 0.0)
@@ -97,23 +97,33 @@ def _add_scalar_masses(model: NastranModel) -> None:
         for k in (0, 2, 4, 6)
         if card.has(k)
     }
-    for name in ("CMASS1", "CMASS2", "CMASS3", "CMASS4"):
+    for name in ("CMASS1", "CMASS2"):
         for card in bulk.cards_named(name, use=False):
-            paired = name in ("CMASS1", "CMASS2")
-            grid_number = card.integer(2, 0)
-            components = card.components(3) if paired and grid_number in model.grids else ()
-            m = values.get(card.integer(1, 0), 0.0) if name in ("CMASS1", "CMASS3") else card.real(1, 0.0)
-            if grid_number not in model.grids and grid_number and not card.has(4 if paired else 3):
-                model.scalar_masses[grid_number] = m, card
-            elif grid_number in model.grids and len(components) == 1 and not card.has(4):
-                by_grid.setdefault(grid_number, {})[components[0]] = (m, card)
+            ends = [(card.integer(i, 0), card.components(i + 1)) for i in (2, 4)]
+            ends = [(grid, components) for grid, components in ends if grid]
+            m = values.get(card.integer(1, card.integer(0)), 0.0) if name == "CMASS1" else card.real(1, 0.0)
+            if len(ends) == 1 and ends[0][0] in model.grids and len(ends[0][1]) == 1:
+                by_component, component = by_grid.setdefault(ends[0][0], {}), ends[0][1][0]
+                other, first = by_component.get(component, (0.0, card))
+                by_component[component] = other + m, first
+            elif {grid for grid, _ in ends} & model.scalar_points.keys():
+                bulk.findings.problem(
+                    f"{card} is a mass between two components, one of them of a scalar point, which is not read; give "
+                    "each component a mass to ground", card.location,
+                )  # fmt: skip
             else:
                 bulk.findings.unused(name, "masses between two components are left out and missing", card.location)
     for grid, by_component in by_grid.items():
-        masses = [by_component[c][0] for c in (1, 2, 3) if c in by_component]
+        ways = [c for c in (1, 2, 3) if c in by_component]
+        masses = [by_component[c][0] for c in ways]
         first = next(iter(by_component.values()))[1]
-        if len(masses) == 3 and max(masses) - min(masses) <= 1e-9 * max(masses) and masses[0] > 0:
-            for c in (1, 2, 3):
+        needed = model.scalar_points.get(grid, {1, 2, 3})
+        if (
+            needed & {1, 2, 3} == set(ways) != set()
+            and max(masses) - min(masses) <= 1e-5 * max(masses)
+            and masses[0] > 0
+        ):
+            for c in ways:
                 bulk.findings.use(by_component[c][1].name)
             u = bulk.units.mass * bulk.wtmass
             bulk.attempt(first, lambda grid=grid, m=masses[0] * u, card=first: _add(  # type: ignore[misc]
@@ -131,10 +141,29 @@ def _add_scalar_masses(model: NastranModel) -> None:
             bulk.attempt(card, lambda grid=grid, J=J, card=card: _add(  # type: ignore[misc]
                 model, card, grid, 0.0, J, np.zeros(3)
             ))  # fmt: skip
-        for _, card in by_component.values():
-            bulk.findings.unused(
-                card.name, "a mass in one direction alone is left out; that mass is missing", card.location
-            )
+        for component, (mass, card) in by_component.items():
+            if component <= 3 and mass > 0:
+                bulk.findings.use(card.name)
+                _add_along(model, grid, component, mass * bulk.units.mass * bulk.wtmass, card)
+            elif mass:
+                bulk.findings.unused(card.name, "masses below zero are left out and missing", card.location)
+
+
+def _add_along(model: NastranModel, grid: int, component: int, mass: float, card: Card) -> None:
+    """Add a mass [kg] on a point that follows a grid in one component, and does not move in the others."""
+    name, axes = model.new_name(f"mass_{grid}_{component}"), model.grids.axes(grid)
+    model.build.point_group(model.build.point(model.grids[grid].position), name)
+    model.free_points.append(model.build.point_groups[name][0])
+    matrix = np.zeros((3, 6))
+    matrix[component - 1, :3] = axes[component - 1]
+    rows = tuple(map(tuple, np.asarray(axes).tolist()))
+    model.connections.append(MultiPointConstraint(name, WORDS[:3], (model.group(grid),), matrix, rows, str(card)))
+    model.point_masses.append(PointMass(name, mass))
+    model.required.add(grid)
+    model.bulk.findings.note(
+        f"the mass of {card} moves in component {component} of grid {grid}; in the other directions it is fixed "
+        "to the body's frame"
+    )
 
 
 def finish_masses(model: NastranModel, total: float) -> None:

@@ -39,9 +39,8 @@ class NastranModel:
     masses: list[tuple[int, float, Array | None, Array, Card]] = field(default_factory=list)
     inertias: list[tuple[int, Array, Card]] = field(default_factory=list)  # without mass
     springs: list[tuple[Bushing | ScalarSpring, list[int], bool, Card]] = field(default_factory=list)  # grids, turns
-    scalar_springs: list[tuple[list[tuple[int, tuple[int, ...]]], float, Card]] = field(default_factory=list)
-    # mass by scalar point, in the deck's unit
-    scalar_masses: dict[int, tuple[float, Card]] = field(default_factory=dict)
+    # grid points that stand for scalar points -> the components that exist
+    scalar_points: dict[int, set[int]] = field(default_factory=dict)
     free_points: list[int] = field(default_factory=list)  # rows of points with displacements that are no grids
     turning: set[int] = field(default_factory=set)  # grids with rotations from elements or connections
     moving: set[int] = field(default_factory=set)  # grids with displacements from elements or connections

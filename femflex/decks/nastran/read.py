@@ -19,7 +19,7 @@ from femflex.decks.nastran.model import NastranModel
 from femflex.decks.nastran.nonstructural_mass import NonstructuralMass
 from femflex.decks.nastran.older import modernise_cards
 from femflex.decks.nastran.rigid_elements import read_rigid_elements
-from femflex.decks.nastran.scalar_points import read_scalar_points
+from femflex.decks.nastran.scalar_points import fix_absent_components, place_scalar_points
 from femflex.decks.nastran.sets import read_sets
 from femflex.decks.nastran.shell_elements import read_shell_elements
 from femflex.decks.nastran.solid_elements import read_solid_elements
@@ -57,12 +57,14 @@ def read_nastran_deck(path: Path, units: Units, overrides: Overrides) -> Deck:
     ):
         bulk.findings.problem_no_properties(path, "properties and materials")
         bulk.findings.check(path)
+    scalar_points = place_scalar_points(bulk)
     systems = Systems(bulk)
     materials = Materials(bulk)
     grids = Grids(bulk, systems)
     model = NastranModel(
-        bulk, systems, grids, materials, BarProperties(bulk, materials), NonstructuralMass(bulk, grids)
-    )
+        bulk, systems, grids, materials, BarProperties(bulk, materials), NonstructuralMass(bulk, grids),
+        scalar_points=scalar_points,
+    )  # fmt: skip
     read_line_elements(model)
     read_three_node_beams(model)
     read_shell_elements(model)
@@ -71,7 +73,7 @@ def read_nastran_deck(path: Path, units: Units, overrides: Overrides) -> Deck:
     read_masses(model)
     read_springs(model)
     read_general_elements(model)
-    read_scalar_points(model)
+    fix_absent_components(model)
     _add_lone_grids(model)
     finish_springs(model)
     finish_masses(model, 0.0)

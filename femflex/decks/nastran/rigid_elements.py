@@ -331,11 +331,6 @@ def _mpc(model: NastranModel, card: Card) -> None:
             if card.has(k):
                 c = card.components(k + 1)
                 terms.append((card.integer(k), c[0] if c else 0, card.real(k + 2, 0.0)))
-    if any(g in model.grids.scalars for g, _, _ in terms):
-        model.bulk.findings.unused(
-            "MPC to scalar points", "the equation is left out; its constraint is missing", card.location
-        )
-        return
     if not terms or not model.grids.require([g for g, _, _ in terms], card):
         return
     if any(c == 0 for _, c, _ in terms):

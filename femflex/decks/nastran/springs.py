@@ -24,10 +24,6 @@ def read_springs(model: NastranModel) -> None:
     bulk.for_each_card(pelas, "PELAS")
     for name in ("CELAS1", "CELAS2"):
         bulk.for_each_card(lambda card: _celas(model, card, values), name, use=False)
-    for name in ("CELAS3", "CELAS4"):
-        for card in bulk.cards_named(name, use=False):
-            k = values.get(card.integer(1, 0), 0.0) if name == "CELAS3" else card.real(1, 0.0)
-            model.scalar_springs.append(([(card.integer(i, 0), ()) for i in (2, 3) if card.has(i)], k, card))
     _bushes(model)
     axial = {card.integer(0): card for card in bulk.cards_named("PBUSH1D", use=False) if card.is_integer(0)}
     bulk.for_each_card(lambda card: _axial_bush(model, card, axial), "CBUSH1D", use=False)
@@ -84,9 +80,6 @@ def _celas(model: NastranModel, card: Card, values: dict[int, float]) -> None:
         k = card.real(1)
     ends = [(card.integer(i, 0), card.components(i + 1)) for i in (2, 4)]
     ends = [(g, c) for g, c in ends if g]
-    if any(g in model.grids.scalars for g, _ in ends):
-        model.scalar_springs.append((ends, k, card))
-        return
     if not ends or not model.grids.require([g for g, _ in ends], card):
         return
     for g, c in ends:

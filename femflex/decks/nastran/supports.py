@@ -10,6 +10,7 @@ from femflex.decks.nastran.model import WORDS, NastranModel
 from femflex.fem import Support
 
 SupportSet = dict[str, Support]
+EVERY = {1, 2, 3, 4, 5, 6}
 
 
 def read_supports(model: NastranModel) -> tuple[dict[str, SupportSet], tuple[str, ...]]:
@@ -24,13 +25,11 @@ def read_supports(model: NastranModel) -> tuple[dict[str, SupportSet], tuple[str
 
     def fix(card: Card, number: int, grids: list[int], components: tuple[int, ...]) -> None:
         components_of_grid = fixed_by_set.setdefault(number, {})
-        if not model.grids.require([g for g in grids if g not in model.grids.scalars], card):
+        if not model.grids.require(grids, card):
             return
         for g in grids:
-            if g in model.grids.scalars:
-                bulk.findings.unused(f"{card.name} of scalar points", "scalar points are left out", card.location)
-                continue
-            clash = [c for c in components if (g, c) in model.depending]
+            present = model.scalar_points.get(g, EVERY)
+            clash = [c for c in components if (g, c) in model.depending and c in present]
             if clash and number in in_force:
                 first = model.depending[g, clash[0]]
                 bulk.findings.problem(
@@ -39,7 +38,7 @@ def read_supports(model: NastranModel) -> tuple[dict[str, SupportSet], tuple[str
                     card.location,
                 )
                 continue
-            components_of_grid.setdefault(g, set()).update(components)
+            components_of_grid.setdefault(g, set()).update(c for c in components if c in present)
 
     def spc(card: Card) -> None:
         for k in (1, 4):
