@@ -41,5 +41,9 @@ def starting_case_of_mesh(target: Path, mesh: Mesh, file: str, schema: str) -> t
                 if not any("modes were requested" in problem_text for problem_text in texts):
                     break
             else:
-                return text, notes
+                left_out = choice.members.keys() != choices[0].members.keys()
+                return text, [
+                    *notes,
+                    f"members: some groups are left out, because otherwise {reason}",
+                ] if left_out and reason else notes
     raise ValueError(f"{file}: no body can be made of this mesh: {reason}")

@@ -178,6 +178,7 @@ class MeshChoice:
     members  group -> families of its members
     clamp    group that is clamped, "" where the body is free
     tip      group of a marker, "" where there is none
+    edges    groups of lines on the edges of the members, which may be stiffeners or borders
     modes    number of modes
     notes    sentences on what is to be looked at
     """
@@ -185,6 +186,7 @@ class MeshChoice:
     members: Mapping[str, tuple[str, ...]]
     clamp: str = ""
     tip: str = ""
+    edges: tuple[str, ...] = ()
     modes: int = 6
     notes: tuple[str, ...] = ()
 
@@ -203,6 +205,12 @@ def mesh_choices(mesh: Mesh) -> list[MeshChoice]:
     notes = [f"members: families, section and material of {', '.join(map(repr, members))} are guesses"]
     if unused:
         notes.append(f"members: {', '.join(map(repr, unused))} are not used; give members to those that carry load")
+    edges = _edge_groups(mesh, members)
+    if edges:
+        notes.append(
+            f"members: the lines of {', '.join(map(repr, edges))} lie on edges of the members and get no stiffness; "
+            "where they are stiffeners, use the commented-out members"
+        )
     free = "; these have groups: " + ", ".join(map(repr, free_groups)) if free_groups else ""
     unheld = f"reduction: no group of the mesh looks like a root; its modes are free-free{free}"
     top = {
@@ -216,12 +224,23 @@ def mesh_choices(mesh: Mesh) -> list[MeshChoice]:
         points = np.unique(np.concatenate([member_mesh.group_points(group) for group in used]))
         end = tip if tip and np.isin(mesh.group_points(tip), points).all() else ""
         left_out = [group for group in members if group not in used]
-        choice_notes = [*notes, *([f"members: {', '.join(map(repr, left_out))} are left out"] if left_out else [])]
+        choice_notes = [*notes, *([f"members: without {', '.join(map(repr, left_out))}"] if left_out else [])]
         if clamp:
-            choices.append(MeshChoice(used, clamp, end if end != clamp else "", notes=tuple(choice_notes)))
+            choices.append(MeshChoice(used, clamp, end if end != clamp else "", edges, notes=tuple(choice_notes)))
         loose = f"reduction: clamping {clamp!r} leaves motions, or misses the members; its modes are free-free"
-        choices.append(MeshChoice(used, "", end, notes=(*choice_notes, loose if clamp else unheld)))
+        choices.append(MeshChoice(used, "", end, edges, notes=(*choice_notes, loose if clamp else unheld)))
     return choices
+
+
+def _edge_groups(mesh: Mesh, members: Mapping[str, tuple[str, ...]]) -> tuple[str, ...]:
+    """Groups of lines alone, without members, that are not named like a clamp or a tip."""
+    return tuple(
+        group
+        for group, cells in mesh.cell_groups.items()
+        if group not in members
+        and {CELL_TYPES[kind].dimension for kind, rows in cells.items() if len(rows)} - {0} == {1}
+        and not group_named_like([group], CLAMPS + TIPS)
+    )
 
 
 def _of_dimension(families: tuple[str, ...], dimension: int) -> tuple[str, ...]:
@@ -237,7 +256,7 @@ def _mesh_body_tables(mesh: Mesh, mesh_file: str, choice: MeshChoice) -> tuple[s
     thin, wide = ("2 mm", "30 mm") if 0.1 <= metres <= LARGE else (f"{metres / 1000:.1g} m", f"{metres / 100:.1g} m")
     wall = "1 mm" if wide == "30 mm" else f"{metres / 3000:.1g} m"
     sections = ""
-    if "beam" in families:
+    if "beam" in families or choice.edges:
         sections += f'\n[sections.tube]\nkind = "tube"\nouter_radius = "{wide}"\nthickness = "{wall}"\n'
     if families & {"plate", "plate_bfs", "shell"}:
         sections += f'\n[sections.sheet]\nkind = "plate"\nthickness = "{thin}"\n'
@@ -247,6 +266,12 @@ def _mesh_body_tables(mesh: Mesh, mesh_file: str, choice: MeshChoice) -> tuple[s
         f'material = "metal" }},\n'
         for group, group_families in choice.members.items()
         for family in group_families
+    )
+    shells = '; its sheets are then family = "shell"' if families & {"plate", "plate_bfs"} else ""
+    members += "".join(
+        f'    # {{ group = {json.dumps(group)}, family = "beam", section = "tube", material = "metal" }},'
+        f"    # a stiffener{shells}\n"
+        for group in choice.edges
     )
     clamp = json.dumps(choice.clamp)
     reduction = f'method = "cantilever", clamp = {clamp}' if choice.clamp else 'method = "free_free"'

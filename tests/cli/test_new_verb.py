@@ -105,6 +105,7 @@ LINES = {"line": np.arange(2)}
         (None, {}, {}, [("all", "plate_bfs")], None),
         (RIB, {"panel": ALL | LINES}, {"root": [0, 3, 6]}, [("panel", "shell"), ("panel", "beam")], "root"),
         (RIM, {"panel": ALL | LINES}, {}, [("panel", "plate_bfs")], None),
+        (RIB, {"panel": ALL, "stringer": LINES}, {"root": [0, 3, 6]}, [("panel", "plate_bfs")], "root"),
         (RIM, {"panel": ALL, "root": LINES}, {}, [("panel", "plate_bfs")], "root"),
         (np.array([[5, 9], [9, 10]]), {"panel": ALL, "arm": LINES}, {"root": [10]}, None, "root"),
         (
@@ -132,6 +133,12 @@ def test_new_case_of_any_groups_passes_check(femflex, tmp_path, lines, groups, p
     assert clamp or "free-free" in out
     code, _, err = femflex("check", "part.toml")
     assert code == 0, err
+    if "stringer" in groups:
+        assert "'stringer'" in out
+        text = (tmp_path / "part.toml").read_text().replace("# { group", "{ group").replace("plate_bfs", "shell")
+        (tmp_path / "part.toml").write_text(text)
+        assert femflex("check", "part.toml")[0] == 0
+        assert len(read_case(tmp_path / "part.toml").bodies["flexible"].members) == 2
 
 
 RIGID = "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nRBE2,1,1,123456,2\nCONM2,5,2,,3.\n,1.,,1.,,,1.\n"
