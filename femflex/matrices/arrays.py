@@ -29,6 +29,7 @@ from femflex.body import MassMoments
 from femflex.hdf5 import open_hdf5
 from femflex.matrices.contents import Contents, Entries, register
 from femflex.matrices.model import MatrixModel, Recovery
+from femflex.matrices.msc import msc_contents
 from femflex.memory import require_proportion
 
 POINTS = ("points", "xyz", "coordinates", "coords")
@@ -64,6 +65,8 @@ def _hdf5(path: Path, transposed: bool = False) -> Contents:
     with open_hdf5(path) as file:
         if "format" in file.attrs:
             raise ValueError(f"it is a {file.attrs['format']} file; give it to a body of kind 'file', not 'matrices'")
+        if "NASTRAN" in file:
+            return msc_contents(file)
         for name, item in file.items():
             if isinstance(item, h5py.Group):
                 if {"data", "ir", "jc"} <= set(item):  # Matlab's sparse matrix

@@ -181,6 +181,35 @@ def test_maps_of_external_superelements(tmp_path):
     assert matrix_model.dofs.tolist() == [[7, 1], [7, 3], [5, 2], [90, 0]] and matrix_model.ids.tolist() == [5, 7]
 
 
+@pytest.mark.parametrize("fault", ["", "beyond", "rows", "missing"])
+def test_matrices_of_msc_hdf5_are_columns_of_one_table(tmp_path, fault):
+    """The stiffness has both triangles, the mass its lower one; a rectangular matrix is between them."""
+    matrix_model = model()
+    K, M = (sparse.csc_array(A) for A in (matrix_model.K, sparse.tril(matrix_model.M)))
+    names = ("FORM", "TYPE", "ROW", "COLUMN", "COLUMN_POS", "DATA_POS", "NON_ZERO", "DOMAIN_ID")
+    identity, ends, entries = [], [], []
+    for name, A in ((b"KGG", K), (b"GOA", K[:, :2]), (b"MGG", M)):
+        identity.append((name, 6, 2, *A.shape, len(ends), len(entries), A.nnz, 1))
+        ends += [(len(entries) + int(p),) for p in A.indptr]
+        entries += list(zip(A.indices + 9 * (fault == "rows"), A.data, strict=True))
+    with h5py.File(tmp_path / "msc.h5", "w") as file:
+        group = file.create_group("NASTRAN/RESULT/MATRIX/GENERAL")
+        group["IDENTITY"] = np.array(identity, [("NAME", "S8"), *((name, "i8") for name in names)])
+        group["COLUMN"] = np.array(ends, [("POSITION", "i8")])
+        if fault != "missing":
+            entries = entries[:-1] if fault == "beyond" else entries
+            group["DATA"] = np.array(entries, [("ROW", "i8"), ("VALUE", "f8")])
+    table(tmp_path / "nodes.csv", matrix_model)
+    np.savetxt(tmp_path / "map.csv", DOFS, fmt="%d", delimiter=",")
+    sources = Sources("msc.h5", nodes="nodes.csv", dofs="map.csv")
+    if fault:
+        with pytest.raises(ValueError, match=r"has no ROW, VALUE|do not fit its|positions of columns"):
+            read_matrices(sources, folder=tmp_path)
+    else:
+        computed = read_matrices(sources, folder=tmp_path)
+        assert_equal_models(computed, MatrixModel("m", IDS, POINTS, DOFS, matrix_model.M, matrix_model.K))
+
+
 def table(path, matrix_model: MatrixModel) -> None:
     rows = zip(matrix_model.ids.tolist(), matrix_model.points.tolist(), strict=True)
     lines = "".join(f"{n};\t{x[0]!r}; {x[1]!r}; {x[2]!r}\n" for n, x in rows)
