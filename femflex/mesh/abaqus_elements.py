@@ -19,12 +19,12 @@ ELEMENTS: list[tuple[str, str, int]] = [
     (r"(S4|DS4|CP[SE]4|CPEG4|M3D4|SFM3D4|R3D4|CAX4|AC2D4|DC2D4)(R|RS|RSW|R5|I|H|IH|RH|P|T|RT)*$", "quad", 4),
     (r"(S8|DS8|CP[SE]8|CPEG8|M3D8|SFM3D8|CAX8)(R|R5|H|RH|T|RT)*$", "quad8", 8),
     (r"(S9R5|M3D9)(R)?$", "quad9", 9),
-    (r"(C3D4|DC3D4|AC3D4|F3D4)(H|T)*$", "tetra", 4),
+    (r"(C3D4|DC3D4|AC3D4)(H|T)*$", "tetra", 4),
     (r"(C3D10|DC3D10|AC3D10)(H|I|M|MH|HS|T|MT)*$", "tetra10", 10),
-    (r"(C3D6|SC6|DC3D6|F3D6)(H|R|T|E)*$", "wedge", 6),
+    (r"(C3D6|SC6|DC3D6)(H|R|T|E)*$", "wedge", 6),
     (r"(C3D15|DC3D15)(H|V|VH|E)*$", "wedge15", 15),
     (r"(C3D5)(H)?$", "pyramid", 5),
-    (r"(C3D8|SC8|CSS8|DC3D8|F3D8|COH3D8)(R|I|H|IH|RH|RI|T|RT|E)*$", "hexahedron", 8),
+    (r"(C3D8|SC8|CSS8|DC3D8|COH3D8)(R|I|H|IH|RH|RI|T|RT|E)*$", "hexahedron", 8),
     (r"(C3D20|DC3D20)(R|H|RH|RI|RBR|L|T|RT|RB|RL|E)*$", "hexahedron20", 20),
 ]
 WRITTEN_TYPES = {

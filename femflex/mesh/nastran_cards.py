@@ -289,6 +289,8 @@ def _fields(line: str) -> _Fields:
             mark = rest[0].lstrip("+*").strip() if rest else ""
             words = rest[1:]
         return _Fields(first, fields or [""] * size, mark)
+    if REPEAT.fullmatch(line.strip()):  # a count may be longer than a field
+        return _Fields(line.strip(), [""] * 8, "")
     first, large = line[:8].strip(), "*" in line[:8]
     size, width = (4, WIDTH[True]) if large else (8, WIDTH[False])
     words = [line[8 + k * width : 8 + (k + 1) * width].strip() for k in range(size)]

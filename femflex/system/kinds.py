@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from typing import TypedDict, TypeVar, Unpack
+from functools import wraps
+from typing import Any, TypedDict, TypeVar, Unpack, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from femflex.arrays import Array
+from femflex.noun.problems import suggestion_text
 from femflex.rotations import EULER_PARAMETERS, letters_of
 from femflex.system.joint import Joint
 from femflex.system.latch import Latch
@@ -46,8 +48,16 @@ def _with_options(make: _Make) -> _Make:
     options = [joint[name].replace(kind=inspect.Parameter.KEYWORD_ONLY) for name in JointOptions.__annotations__]
     options = [option.replace(default=()) if option.annotation == "Array" else option for option in options]
     shown = [*list(signature.parameters.values())[:-1], *options]
-    make.__signature__ = signature.replace(parameters=shown)  # type: ignore[attr-defined]
-    return make
+
+    @wraps(make)
+    def kind(*arguments: Any, **named: Any) -> Joint:
+        known = [parameter.name for parameter in shown]
+        for name in named.keys() - set(known):
+            raise TypeError(f"{make.__name__}() has no argument {name!r}; {suggestion_text(name, known)}")
+        return make(*arguments, **named)
+
+    kind.__signature__ = signature.replace(parameters=shown)  # type: ignore[attr-defined]
+    return cast(_Make, kind)
 
 
 @_with_options

@@ -84,6 +84,14 @@ class System(Summarised):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "loads", tuple(load.read_from() for load in self.loads))
+        entries = list(self.effectors.values()) if isinstance(self.effectors, Mapping) else list(self.effectors)
+        others = [type(entry).__name__ for entry in entries if not isinstance(entry, Effector | Controller)]
+        if isinstance(self.effectors, Mapping) or others:
+            text = f"a mapping of {', '.join(others)}" if isinstance(self.effectors, Mapping) else ", ".join(others)
+            raise TypeError(
+                f"System: effectors is {text}; it is a tuple of Effector and Controller. Those of femflex.effectors "
+                'are mounted by name: system.with_effectors(craft, {"star": Sensor(...)})'
+            )
         problems = [*self._tree_problems(), *self._orbit_problems(), *self._name_problems()]
         problems += keep_problems(self.keep, self.joints)
         problems += self._variation_problems()

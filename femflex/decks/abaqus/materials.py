@@ -21,6 +21,7 @@ IGNORED_BEHAVIOUR = {  # keywords of a material that a linear elastic structure 
     "DEPVAR": "user materials are left out", "USER MATERIAL": "user materials are left out",
     "DAMAGE INITIATION": "the material stays linear", "DAMAGE EVOLUTION": "the material stays linear",
     "DEFORMATION PLASTICITY": "the material stays linear", "NO COMPRESSION": "the material stays linear",
+    "ACOUSTIC MEDIUM": "fluids are left out; the mass of the fluid is missing",
     "FAIL STRESS": "strength is left out", "FAIL STRAIN": "strength is left out",
 }  # fmt: skip
 MATERIAL_KEYWORDS = {"ELASTIC", "DENSITY", *IGNORED_BEHAVIOUR}

@@ -52,6 +52,11 @@ CONSEQUENCES = {
         "STIFFENER", "USER ELEMENT", "UEL PROPERTY", "MATRIX", "MATRIX INPUT", "MATRIX ASSEMBLE",
         "SUBSTRUCTURE PROPERTY",
     ),
+    "fluids are left out; the mass of the fluid is missing": (
+        "FLUID BEHAVIOR", "FLUID CAVITY", "FLUID PROPERTY", "FLUID DENSITY", "FLUID BULK MODULUS", "FLUID EXPANSION",
+        "FLUID LINK", "FLUID EXCHANGE", "FLUID INFLATOR", "ACOUSTIC FLOW VELOCITY", "IMPEDANCE", "SIMPEDANCE",
+        "INCIDENT WAVE", "AQUA",
+    ),
     "rebars are left out": ("REBAR", "REBAR LAYER"),
     "elements stay in the model": ("MODEL CHANGE",),
     "a distribution of values is left out; the default is used": ("DISTRIBUTION",),
