@@ -200,3 +200,4 @@ def test_run_without_writable_folder_warns_once(package, tmp_path, write_case):
     for words in (["check", str(case)], ["run", str(case), "-o", str(tmp_path / "run.h5")]):
         _, err = run_python(package, "-m", "femflex", *words, **places)
         assert err.count("femflex: warning: compiled kernels cannot be stored") == 1
+        assert err.count("femflex: compiling equations") == 1

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
 from generate.markdown import cell, save, table
 
 PACKAGE = Path(__file__).resolve().parents[2] / "femflex"
+TEMPLATE = re.compile(r"\{([A-Za-z]\w*)(?:[:!.\[][^{}\s]*)?\}")  # a value of str.format, with its format
 WORDS = 4  # shorter texts are names and units
 WARNINGS = {"PhysicsWarning", "warn", "doubt", "note"}
 SUBJECTS = {  # package -> what a reader was doing
@@ -74,7 +76,7 @@ def texts(call: ast.Call) -> Iterator[str]:
 def expression_text(node: ast.expr) -> str:
     """The text of an expression, with the names of values in place of them."""
     if isinstance(node, ast.Constant):
-        return node.value if isinstance(node.value, str) else ""
+        return TEMPLATE.sub(r"‹\1›", node.value) if isinstance(node.value, str) else ""
     if isinstance(node, ast.JoinedStr):
         return "".join(
             expression_text(value) if isinstance(value, ast.Constant) else placeholder(value) for value in node.values

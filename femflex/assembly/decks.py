@@ -166,11 +166,12 @@ def left_out_text(deck: Deck) -> tuple[str, ...]:
 
     Cards whose stiffness, mass or fluid is missing are listed in full.
     """
+    missing = tuple(str(cards) for cards in deck.unused if "missing" in cards.consequence)
     kinds: dict[str, int] = {}
     for cards in deck.unused:
-        kinds[cards.card] = kinds.get(cards.card, 0) + cards.count
+        if "missing" not in cards.consequence:
+            kinds[cards.card] = kinds.get(cards.card, 0) + cards.count
     if not kinds:
-        return deck.notes
+        return (*deck.notes, *missing)
     listed = ", ".join(f"{count} {card}" for card, count in kinds.items())
-    missing = tuple(str(cards) for cards in deck.unused if "missing" in cards.consequence)
     return (*deck.notes, *missing, f"left out of {deck.name}: {listed}; femflex info says what each changes")

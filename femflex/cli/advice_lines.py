@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from femflex.cli.tables import print_folded
+
 if TYPE_CHECKING:
     from femflex.pipeline.decisions import ResolvedCase
 
 
 def print_notes(notes: Mapping[str, str]) -> None:
-    """Print the notes, a line for each body that has one."""
+    """Print the notes, a folded line for each body that has one."""
     for name, note in notes.items():
         if note:
-            print(f"body        {name}: {note}")
+            print_folded(f"body        {name}: {note}")
 
 
 def strain_data(resolved: ResolvedCase) -> dict[str, dict[str, Any]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from contextlib import ExitStack, nullcontext
 from pathlib import Path
@@ -67,7 +66,6 @@ def run(
                 check_pictures(parsed_case, output, force=force)
             lock = stack.enter_context(FileLock(output))
             say("building bodies and reading the compiled equations of motion")
-            print_compile_notice()
             prepared = pipeline.prepare(
                 parsed_case, output, force=force, resume=resume, without=omitted, linearised=linearised
             )
@@ -94,15 +92,6 @@ def run(
             f"warning: the run is complete, but these expected values of the case do not hold: "
             f"{', '.join(failed_names)}. Check the model, or correct [expect]"
         )
-
-
-def print_compile_notice() -> None:
-    """Say on standard error that the first run of an installation compiles, if nothing is on disk yet."""
-    from femflex.dynamics.reports.observe import observe
-    from femflex.kernels.compiled import is_on_disk
-
-    if not is_on_disk(observe):
-        print("femflex: compiling the equations of motion, once per installation: half a minute", file=sys.stderr)
 
 
 def _integrate(prepared: Prepared, output: Path, force: bool, resume: bool, lock: FileLock) -> None:

@@ -1,7 +1,8 @@
-"""Warnings on standard error: each once, and those of one effect on several bodies as one line."""
+"""Warnings and long compiling on standard error: each once, and those of one effect on several bodies as one line."""
 
 from __future__ import annotations
 
+import logging
 import sys
 import warnings
 from typing import Any
@@ -50,6 +51,22 @@ def gather_warnings() -> None:
     warnings.simplefilter("always", PhysicsWarning)
     warnings.simplefilter("always", CacheWarning)
     warnings.showwarning = show  # type: ignore[assignment]
+    _print_log("femflex.kernels.cache")
+
+
+class _Printed(logging.Handler):
+    """Handler that prints what is logged on standard error."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        print(f"femflex: {record.getMessage()}", file=sys.stderr, flush=True)
+
+
+def _print_log(name: str) -> None:
+    """Print what a part of femflex says of work that takes long."""
+    logger = logging.getLogger(name)
+    logger.setLevel(logging.INFO)
+    if not logger.handlers:
+        logger.addHandler(_Printed())
 
 
 def warnings_so_far() -> list[str]:

@@ -15,6 +15,7 @@ import contextlib
 import gc
 import hashlib
 import importlib
+import logging
 import os
 import pickle
 import shutil
@@ -26,7 +27,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from pathlib import Path
-from threading import RLock
+from threading import RLock, Timer
 from typing import Any
 
 import numba
@@ -37,7 +38,10 @@ import numba.core.serialize
 from femflex.kernels.digest import PACKAGE, kernel_digest, versions_digest
 from femflex.warning import CacheWarning
 
+log = logging.getLogger(__name__)
+
 CHECKSUM_BYTES = 32
+REPORTED_AFTER = 2.0  # seconds of compiling
 REQUESTS = ("_compile_for_args", "get_call_template", "get_compile_result")  # Numba's requests for code
 KEPT = 8  # most recently used folders (one per set of versions), and files of one kernel (one per state of its sources)
 
@@ -78,8 +82,8 @@ def _compile_at_first_use(dispatcher: Any, signature: Any) -> None:
         with lock:
             if dispatcher.overloads:
                 return
-            _wait_for(dispatcher)
-            with _without_collection():
+            with _reported(dispatcher), _without_collection():
+                _wait_for(dispatcher)
                 dispatcher.compile(signature)
             dispatcher.disable_compile()
             for method in REQUESTS:
@@ -100,6 +104,27 @@ def _compile_at_first_use(dispatcher: Any, signature: Any) -> None:
 
     for method, replacement in zip(REQUESTS, (compile_for_call, call_template, compile_result), strict=True):
         setattr(dispatcher, method, replacement)
+
+
+_compiling = {"seconds": 0.0, "depth": 0.0}  # spent so far by this process, and kernels that wait for each other
+
+
+@contextlib.contextmanager
+def _reported(kernel: Any) -> Iterator[None]:
+    """Context of compiling a kernel: logged, once, as soon as all of them took longer than REPORTED_AFTER together."""
+    if _compiling["depth"] or _compiling["seconds"] > REPORTED_AFTER or kernel._cache.is_stored(kernel):
+        yield
+        return
+    began = time.perf_counter()
+    timer = Timer(REPORTED_AFTER - _compiling["seconds"], log.info, ["compiling equations, once per installation ..."])
+    timer.daemon = True
+    timer.start()
+    _compiling["depth"] = 1.0
+    try:
+        yield
+    finally:
+        timer.cancel()
+        _compiling.update(depth=0.0, seconds=_compiling["seconds"] + time.perf_counter() - began)
 
 
 _ahead: dict[str, subprocess.Popen[bytes]] = {}  # name of a kernel -> the process that compiles it

@@ -14,7 +14,7 @@ import numba
 
 from femflex.kernels.numba_interfaces import plain
 
-__all__ = ["FAST", "compile_ahead", "inner", "is_on_disk", "kernel", "part_options", "plain", "stored"]
+__all__ = ["FAST", "compile_ahead", "inner", "kernel", "part_options", "plain", "stored"]
 
 _config: Any = numba.config
 _njit: Any = numba.njit  # numba's own annotations do not cover all of it
@@ -48,11 +48,6 @@ def compile_ahead(*kernels: Any) -> None:
         from femflex.kernels.cache import compile_ahead as begin
 
         begin(kernels)
-
-
-def is_on_disk(kernel: Any) -> bool:
-    """Whether the machine code of a kernel is stored, so that its first call compiles nothing."""
-    return plain() or _config.DISABLE_JIT or bool(kernel._cache.is_stored(kernel))
 
 
 def part_options() -> dict[str, Any]:
