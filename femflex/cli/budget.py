@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from femflex.cli.progress import Bar, Patience
-from femflex.cli.run import print_compile_notice
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
@@ -76,7 +75,6 @@ def _run_of(file: Path, stack: ExitStack) -> Run:
     folder = stack.enter_context(tempfile.TemporaryDirectory())
     path = Path(folder) / "budget.h5"
     with Patience("building bodies and reading the compiled equations of motion"):
-        print_compile_notice()
         prepared = pipeline.prepare(file, path)
     with Bar("run", float(prepared.times[-1])) as bar:
         pipeline.integrate(prepared, path, progress=bar)
