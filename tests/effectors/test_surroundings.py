@@ -27,7 +27,7 @@ from femflex.mesh import rectangle
 from femflex.noun.epoch import days_since_j2000
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body, cantilever_modes, reduce_structure
 from femflex.rotations import dcm_from_quaternion
-from femflex.system import Environment, free, spherical, weld, with_effectors
+from femflex.system import Environment, free, spherical, universal, weld, with_effectors
 
 RADIUS, AU = 6378137.0, 1.495978707e11
 PRESSURE = 1361.0 / 299792458.0
@@ -314,3 +314,17 @@ def test_b_dot_slows_a_tumbling_satellite():
     exact = detumbling(900.0, np.radians(97.4), days_since_j2000("2026-03-20T12:00:00Z"))
     assert np.linalg.norm(exact) == pytest.approx(0.0667701, rel=1e-4)  # the [expect] of the case
     np.testing.assert_allclose(run["bodies/craft/rate"][-1], exact, atol=2e-3)
+
+
+def test_small_motions_of_a_ball_behind_its_pivot():
+    """Light pushes a ball of radius 1 m, its centre 2 m from the pivot: omega^2 = F d / J, F = P pi r^2."""
+    ball_skin = ball(16)
+    skin = Skin(ball_skin.points + [-2.0, 0.0, 0.0], ball_skin.cells, ball_skin.shapes)
+    J = np.diag([1e-3, 4e-3, 4e-3])
+    body = rigid_body(1.0, J, skin=skin)
+    nouns = {"sun": Sun(kind="sun", direction=(1, 0, 0)), "skin": Surface(body="hub"), "light": SolarPressure()}
+    craft = with_effectors(System({"hub": body}, [universal("hub", axes=((0, 1, 0), (0, 0, 1)))]), nouns)
+    found = femflex.equilibrium(craft)
+    assert found.share == 1.0
+    omega = np.sqrt(PRESSURE * np.pi * 2.0 / 4e-3)
+    np.testing.assert_allclose(np.sort(np.abs(found.eigenvalues.imag)), omega, rtol=6e-3)
