@@ -41,8 +41,14 @@ RESERVED_NAMES = (*POINTS, *NODES, "dofs", "frames", "recovery", "recovery_point
 def _npz(path: Path) -> Contents:
     with ZipFile(path) as archive:
         require_proportion(path, sum(member.file_size for member in archive.infolist()))
+    arrays = {}
     with np.load(path, allow_pickle=False) as file:
-        return contents_of({name: file[name] for name in file.files})
+        for name in file.files:
+            try:
+                arrays[name] = file[name]
+            except ValueError as error:  # objects of Python, or a header that is not NumPy's
+                raise ValueError(f"array {name!r} holds no plain numbers; write it as numbers") from error
+    return contents_of(arrays)
 
 
 def _mat(path: Path) -> Contents:
@@ -102,48 +108,74 @@ def contents_of(arrays: Mapping[str, Any]) -> Contents:
         elif kind == "cells" and rest:
             contents.cells[rest] = _integer_array(arrays, name, len(np.atleast_1d(value)), -1)
         elif name.endswith("_data") and f"{name[:-5]}_row" in arrays:
-            stem = name[:-5]
-            i, j = (np.asarray(arrays[f"{stem}_{part}"]).ravel().astype(np.int64) for part in ("row", "col"))
-            shape = tuple(int(x) for x in np.ravel(arrays[f"{stem}_shape"]))
-            data = np.asarray(value, complex if np.iscomplexobj(value) else float).ravel()
-            contents.matrices[stem] = Entries(sparse.csr_array(sparse.coo_array((data, (i, j)), shape=shape)))
-        elif name not in RESERVED_NAMES and not name.startswith("moments_") and _is_matrix(value):
+            if (stem := name[:-5]) != "recovery":
+                contents.matrices[stem] = Entries(_from_triplets(arrays, stem))
+        elif name in RESERVED_NAMES or name.startswith("moments_"):
+            continue
+        elif _is_matrix(value):
             dtype = complex if np.issubdtype(value.dtype, np.complexfloating) else float
             contents.matrices[name] = Entries(sparse.csr_array(value, dtype=dtype))
-    contents.matrices.pop("recovery", None)
-    if "recovery_points" in arrays:
-        contents.recovery = _recovery(arrays)
-    if "moments_second" in arrays:
+        elif np.size(value) > 1:
+            contents.others[name] = _shape_text(value)
+    contents.recovery = _recovery(arrays)
+    if any(name.startswith("moments_") for name in arrays):
         first = _real_array(arrays, "moments_first", -1, 3)
         second = _real_array(arrays, "moments_second", len(first), 3, len(first), 3)
         contents.moments = MassMoments(float(_real_array(arrays, "moments_mass", 1)[0]), first, second)
     return contents
 
 
-def _recovery(arrays: Mapping[str, Any]) -> Recovery:
+def _recovery(arrays: Mapping[str, Any]) -> Recovery | None:
+    if not any(name.startswith("recovery") for name in arrays):
+        return None
     points = _real_array(arrays, "recovery_points", -1, 3)
     if "recovery_data" in arrays:
-        i, j = (np.asarray(arrays[f"recovery_{part}"]).ravel().astype(np.int64) for part in ("row", "col"))
-        shape = tuple(int(x) for x in np.ravel(arrays["recovery_shape"]))
-        data = np.asarray(arrays["recovery_data"], float).ravel()
-        rows = sparse.csr_array(sparse.coo_array((data, (i, j)), shape=shape))
-    else:
+        rows = _from_triplets(arrays, "recovery")
+    elif sparse.issparse(arrays.get("recovery")):
         rows = sparse.csr_array(arrays["recovery"])
+    else:
+        rows = sparse.csr_array(_real_array(arrays, "recovery", -1, -1))
     return Recovery(points, rows, _real_array(arrays, "recovery_masses", -1) if "recovery_masses" in arrays else None)
 
 
-def _real_array(arrays: Mapping[str, Any], name: str, *shape: int) -> Array:
-    """An array of real numbers in this shape; -1 stands for any number. Raises ValueError where the array does not
+def _from_triplets(arrays: Mapping[str, Any], stem: str) -> sparse.csr_array:
+    """The matrix of the arrays STEM_row, STEM_col, STEM_data and STEM_shape. Raises ValueError where they do not
     fit."""
-    value = np.asarray(arrays.get(name, ()))
-    fits = np.issubdtype(value.dtype, np.number) and not np.iscomplexobj(value)
-    unit_size = int(np.prod([abs(n) for n in shape]))
-    if not fits or not value.size or value.size % unit_size or (-1 not in shape and value.size != unit_size):
-        expected = " x ".join("n" if n == -1 else str(n) for n in shape)
+    i, j = (_integer_array(arrays, f"{stem}_{part}", -1) for part in ("row", "col"))
+    shape = tuple(int(x) for x in _integer_array(arrays, f"{stem}_shape", 2))
+    data = np.ravel(arrays[f"{stem}_data"])
+    if not len(i) == len(j) == len(data):
         raise ValueError(
-            f"array {name!r} has the shape {value.shape} and holds {value.dtype.name}; expected {expected} real numbers"
+            f"arrays {stem}_row, {stem}_col and {stem}_data have {len(i)}, {len(j)} and {len(data)} entries; give as "
+            "many of each"
         )
-    return value.astype(float).reshape(shape)
+    if min(i.min(), j.min()) < 0 or i.max() >= shape[0] or j.max() >= shape[1]:
+        raise ValueError(
+            f"arrays {stem}_row and {stem}_col have entries from {min(i.min(), j.min())} to {i.max()} and {j.max()}; "
+            f"{stem}_shape is {shape[0]} x {shape[1]}, counted from 0"
+        )
+    if not np.issubdtype(data.dtype, np.number):
+        raise ValueError(f"array {stem + '_data'!r} {_shape_text(data)}; expected n numbers")
+    kind = complex if np.iscomplexobj(data) else float
+    return sparse.csr_array(sparse.coo_array((data.astype(kind), (i, j)), shape=shape))
+
+
+def _real_array(arrays: Mapping[str, Any], name: str, *shape: int) -> Array:
+    """An array of real numbers in this shape; -1 stands for any number, and one axis may be a row or column. Raises
+    ValueError where the array does not fit."""
+    expected = " x ".join("n" if n == -1 else str(n) for n in shape)
+    if name not in arrays:
+        raise ValueError(f"array {name!r} is missing; expected {expected} real numbers")
+    value = arrays[name].toarray() if sparse.issparse(arrays[name]) else np.asarray(arrays[name])
+    seen = (value.size,) if len(shape) == 1 else value.shape
+    fits = len(seen) == len(shape) and all(n in (-1, m) for n, m in zip(shape, seen, strict=True))
+    if not fits or not value.size or not np.issubdtype(value.dtype, np.number) or np.iscomplexobj(value):
+        raise ValueError(f"array {name!r} {_shape_text(value)}; expected {expected} real numbers")
+    return value.astype(float).reshape(seen)
+
+
+def _shape_text(value: Any) -> str:
+    return f"has the shape {value.shape} and holds {value.dtype.name}"
 
 
 def _integer_array(arrays: Mapping[str, Any], name: str, *shape: int) -> IntArray:

@@ -14,6 +14,7 @@ import numpy as np
 from scipy import sparse
 
 from femflex.arrays import Array
+from femflex.body import MassMoments
 from femflex.fem.matrix_structure import MatrixStructure
 from femflex.matrices.model import MatrixModel
 from femflex.reduction.boundary.pivots import factors, negative_pivots
@@ -26,6 +27,7 @@ GROUNDED = 1e-6  # strain energy of a rigid motion over the sum of its terms' si
 NEGATIVE = 1e-7  # shift of the diagonal, relative, below which eigenvalues count as zero
 UNEQUAL = 1e-4  # difference of the masses along x, y and z, relative
 COUPLED = 1e-6  # |K_bq| of a Craig-Bampton model over the geometric mean of diagonal entries
+MOMENTS = 1e-3  # difference of mass moments written with a model from those of its mass matrix, relative
 STATED = 0.01  # difference of mass properties from those stated, relative
 
 
@@ -112,6 +114,8 @@ def check_model(model: MatrixModel, stated: StatedMass | None = None) -> MatrixR
     R = rigid_shapes(structure)
     mass, centre, J, mass_findings = _mass_properties(R.T @ (M @ R))
     findings += mass_findings
+    if model.moments is not None:
+        findings += _differences_of_moments(model.moments, M, R)
     if mass > 0:
         R = rigid_shapes(structure, about=centre)
     rigid = relative_energy(K, R)
@@ -279,6 +283,47 @@ def _boundary_modal_coupling(model: MatrixModel, K: sparse.csr_array) -> list[Fi
             "is no Craig-Bampton model, whose constraint modes and fixed-interface modes do not couple; it is used as "
             "it is"
         )
+    ]
+
+
+def _differences_of_moments(moments: MassMoments, M: sparse.csr_array, R: Array) -> list[Finding]:
+    """Findings about mass moments that are not those of the mass matrix, as far as this determines them.
+
+    Of the unit dofs k, l and rigid motions R about the origin: mass R^T M R, int phi_k dm and int rho x phi_k dm
+    (M R), and int phi_k . phi_l dm = M_kl.
+    """
+    MR = M @ R
+    mixed = moments.second[0, :, 1:, :]  # int rho_a phi_kb dm
+    turned = np.stack([mixed[b, :, c] - mixed[c, :, b] for b, c in ((1, 2), (2, 0), (0, 1))], axis=1)
+    inertia = np.trace(moments.second[0, :, 0]) * np.eye(3) - moments.second[0, :, 0]
+    elastic = np.einsum("kala->kl", moments.second[1:, :, 1:])
+    G = R.T @ MR
+    mass = float(np.trace(G[:3, :3])) / 3
+    static = np.array([G[1, 5] - G[2, 4], G[2, 3] - G[0, 5], G[0, 4] - G[1, 3]]) / 2  # int rho dm
+    length = np.sqrt(max(np.trace(G[3:, 3:]) / (2 * mass), 1e-300)) if mass > 0 else 1.0
+    size = np.sqrt(np.maximum(M.diagonal(), 0.0))
+    size = np.maximum(size, 1e-3 * size.max(initial=0.0))
+    root = np.sqrt(max(mass, 1e-300))
+    differences = {
+        "moments_mass": abs(moments.mass - mass) / root**2,
+        "moments_first": max(
+            float(np.abs(moments.first[0] - static).max()) / (root**2 * length),
+            float((np.abs(moments.first[1:] - MR[:, :3]) / (root * size[:, None])).max(initial=0.0)),
+        ),
+        "moments_second": max(
+            float(np.abs(inertia - G[3:, 3:]).max()) / (root * length) ** 2,
+            float((np.abs(turned - MR[:, 3:]) / (root * length * size[:, None])).max(initial=0.0)),
+            float((np.abs(elastic - M.toarray()) / (size * size[:, None])).max(initial=0.0)),
+        ),
+    }
+    return [
+        Finding(
+            f"its {name} differ from those of its mass matrix by {value:.2g} of their size (limit {MOMENTS:g}); write "
+            "mass matrix and moments from one model, or leave all moments out",
+            True,
+        )
+        for name, value in differences.items()
+        if value > MOMENTS
     ]
 
 

@@ -22,10 +22,12 @@ class Entries:
 
     matrix  csr
     dofs    (n, 2) node and component of its rows and columns; None: numbered from 0
+    open_ended  whether rows and columns without entries may be missing at the end
     """
 
     matrix: sparse.csr_array
     dofs: IntArray | None = None
+    open_ended: bool = False
 
 
 @dataclass(eq=False)
@@ -33,6 +35,7 @@ class Contents:
     """Contents of one file; a field is empty where the file has no such data.
 
     matrices  name in the file -> Entries
+    others    name of every other array of numbers -> its shape and type, for messages
     ids (n,), points (n, 3), frames (n, 3, 3)   nodes, see MatrixModel
     dofs      (n_dof, 2) map for matrices without their own
     scalars   numbers of nodes that are scalar points (modal coordinates)
@@ -40,6 +43,7 @@ class Contents:
     """
 
     matrices: dict[str, Entries] = field(default_factory=dict)
+    others: dict[str, str] = field(default_factory=dict)
     ids: IntArray | None = None
     points: Array | None = None
     frames: Array | None = None

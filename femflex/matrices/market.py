@@ -34,7 +34,7 @@ def _abaqus(path: Path) -> Contents:
     """Rows of node, component, node, component, value (MATRIX INPUT), or of row, column, value (COORDINATE)."""
     values = _rows(path, ROW_LAYOUTS)
     if values.shape[1] == 3:
-        return _single_matrix(path, Entries(_coordinate_form(values)))
+        return _single_matrix(path, Entries(_coordinate_form(values), open_ended=True))
     pairs = np.concatenate([values[:, :2], values[:, 2:4]]).astype(np.int64)
     inner = pairs[:, 0] < 1  # degrees of freedom within elements (B33): no node has them
     pairs[inner] = np.column_stack(
@@ -93,7 +93,7 @@ def _single_matrix(path: Path, entries: Entries) -> Contents:
 
 
 def _calculix(path: Path) -> Contents:
-    return _single_matrix(path, Entries(_coordinate_form(_rows(path, {3: ROW_LAYOUTS[3]}))))
+    return _single_matrix(path, Entries(_coordinate_form(_rows(path, {3: ROW_LAYOUTS[3]})), open_ended=True))
 
 
 register("MatrixMarket or Abaqus matrix", (".mtx",), _mtx)

@@ -125,10 +125,10 @@ def _matrices_by_role(
     entries, names = dict[str, Entries](), dict[str, str]()
     for role in ROLES:
         own_file = getattr(sources, role)
-        matrices = read[str(own_file)].matrices if own_file is not None else main.matrices if main is not None else {}
-        name = _matrix_name(role, matrices, sources.names.get(role), own_file is not None, str(own_file or label))
+        file = read[str(own_file)] if own_file is not None else main or Contents()
+        name = _matrix_name(role, file, sources.names.get(role), own_file is not None, str(own_file or label))
         if name is not None:
-            entries[role], names[role] = _real(matrices[name], role, name, str(own_file or label)), name
+            entries[role], names[role] = _real(file.matrices[name], role, name, str(own_file or label)), name
     for role in ("mass", "stiffness"):
         if role not in entries:
             available = sorted({other for part in read.values() for other in part.matrices})
@@ -154,23 +154,27 @@ def _real(entries: Entries, role: str, name: str, label: str) -> Entries:
     return replace(entries, matrix=sparse.csr_array(A.real))
 
 
-def _matrix_name(
-    role: str, matrices: Mapping[str, Entries], requested: str | None, has_own_file: bool, label: str
-) -> str | None:
-    upper = {candidate.upper(): candidate for candidate in matrices}
-    if requested is not None:
-        if requested.upper() not in upper:
-            raise ValueError(f"{label} has no matrix {requested!r} for {role}; it has {sorted(matrices) or 'none'}")
-        return upper[requested.upper()]
-    name = next((upper[candidate] for candidate in COMMON_NAMES[role] if candidate in upper), None)
-    if name is None and has_own_file:
-        if len(matrices) == 1:
-            return next(iter(matrices))
+def _matrix_name(role: str, contents: Contents, requested: str | None, has_own_file: bool, label: str) -> str | None:
+    matrices, others = ({name.upper(): name for name in names} for names in (contents.matrices, contents.others))
+    candidates = COMMON_NAMES[role] if requested is None else (requested.upper(),)
+    name = next((candidate for candidate in candidates if candidate in matrices or candidate in others), None)
+    if name in matrices:
+        return matrices[name]
+    available = sorted(contents.matrices) or "none"
+    if name is not None:
         raise ValueError(
-            f"{label} has the matrices {sorted(matrices) or 'none'}; say which is the {role}, names = "
-            f'{{ {role} = "NAME" }}'
+            f"{label}: array {others[name]!r} {contents.others[others[name]]}; a {role} matrix is n x n real numbers. "
+            "Correct it, or rename it if it is something else"
         )
-    return name
+    if requested is not None:
+        raise ValueError(f"{label} has no matrix {requested!r} for {role}; it has {available}")
+    if has_own_file:
+        if len(contents.matrices) == 1:
+            return next(iter(contents.matrices))
+        raise ValueError(
+            f'{label} has the matrices {available}; say which is the {role}, names = {{ {role} = "NAME" }}'
+        )
+    return None
 
 
 def _node_coordinates(
@@ -222,13 +226,13 @@ def _with_common_map(
     dofs = _dof_map(sources, read, contents, ids, n, label)
     out = {}
     for role, role_entries in entries.items():
-        matrix = _padded(role_entries.matrix, len(dofs))
+        matrix = _padded(role_entries.matrix, len(dofs)) if role_entries.open_ended else role_entries.matrix
         out[role] = matrix
         if matrix.shape != (len(dofs), len(dofs)):
             n_rows, n_columns = role_entries.matrix.shape
             raise ValueError(
-                f"{label}: the {role} matrix is {n_rows} x {n_columns}, and the map of "
-                f'degrees of freedom has {len(dofs)} rows ({len(ids)} nodes); give a map of that size, dofs = "map.csv"'
+                f"{label}: the {role} matrix is {n_rows} x {n_columns}, and the map of degrees of freedom has "
+                f'{len(dofs)} rows ({len(ids)} nodes); give matrices and map of one size, dofs = "map.csv"'
             )
     return dofs, out
 

@@ -10,7 +10,7 @@ from scipy import sparse
 from support.matrix_examples import boom, brick
 
 from femflex.fem.matrix_structure import structure_from_matrices
-from femflex.matrices import craig_bampton_model, full_model, matrix_body
+from femflex.matrices import check_model, craig_bampton_model, full_model, matrix_body
 from femflex.mesh import Mesh
 from femflex.reduction import cantilever_modes, craig_bampton, free_free_modes, reduce_structure
 from femflex.reduction.inertia.mass_matrix import matrix_moments, nodal_mass
@@ -94,13 +94,24 @@ def test_moments_of_beams_from_their_mass_matrix():
 EPSILON = np.cross(np.eye(3)[:, None], np.eye(3)[None])
 
 
-def test_reduced_model_without_moments_keeps_its_rigid_motions():
+@pytest.mark.parametrize("interfaces", [["root", "tip"], ["root"]])
+def test_reduced_model_without_moments_keeps_its_rigid_motions(interfaces):
     s = boom()
-    modes = craig_bampton(s, ["root", "tip"], 3)
-    model = craig_bampton_model(reduce_structure(s, modes), ["root", "tip"])
+    modes = craig_bampton(s, interfaces, 3)
+    model = craig_bampton_model(reduce_structure(s, modes), interfaces)
     with pytest.warns(PhysicsWarning, match="distribution of mass"):
         plain = matrix_body(replace(model, moments=None, recovery=None)).body
     whole = matrix_body(model).body
     assert plain.moments.first == pytest.approx(whole.moments.first, abs=1e-9)
     assert plain.moments.inertia() == pytest.approx(whole.moments.inertia(), abs=1e-9)
     assert plain.moments.elastic_mass() == pytest.approx(whole.moments.elastic_mass(), abs=1e-9)
+
+
+@pytest.mark.parametrize(("part", "factor"), [("mass", 1.01), ("first", 0.99), ("second", 1.01)])
+def test_moments_of_another_mass_matrix_are_refused(part, factor):
+    s = boom()
+    model = craig_bampton_model(reduce_structure(s, craig_bampton(s, ["root"], 3)), ["root"])
+    assert check_model(model).errors == ()
+    other = replace(model.moments, **{part: factor * getattr(model.moments, part)})
+    (error,) = check_model(replace(model, moments=other)).errors
+    assert f"moments_{part}" in error and "mass matrix" in error and "0.01" in error

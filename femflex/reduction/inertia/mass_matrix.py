@@ -205,9 +205,10 @@ def nodal_mass(structure: MatrixStructure) -> NodalMass:
     keep = sparse.diags_array(present.ravel().astype(float))
     of_nodes = (keep @ sparse.kron(scalar, sparse.eye_array(3)) @ keep).tocsr()
     skew = np.einsum("cab,ic->iab", SKEW, offset)
-    parts = (Mtt - of_nodes, Mtr - _blocks(skew), Mrr - _blocks(J))
-    size = [np.sqrt(np.maximum(matrix.diagonal(), 0.0)) for matrix in (Mtt, Mrr)]
-    rest = max(_largest(part, size[a], size[b]) for part, (a, b) in zip(parts, ((0, 0), (0, 1), (1, 1)), strict=True))
+    parts = [Mtt - of_nodes, Mtr - _blocks(skew), Mrr - _blocks(J), structure.M[structure.scalars]]
+    size = [np.sqrt(np.maximum(matrix.diagonal(), 0.0)) for matrix in (Mtt, Mrr, structure.M)]
+    sizes = [(size[0], size[0]), (size[0], size[1]), (size[1], size[1]), (size[2][structure.scalars], size[2])]
+    rest = max(_largest(part, *rows_and_columns) for part, rows_and_columns in zip(parts, sizes, strict=True))
     return NodalMass(structure.mesh.points, scalar, offset, _second_of(J), (t, r), rest)
 
 
