@@ -28,7 +28,7 @@ ALLOWED = {
     "matrices": {"decks", "fem", "mesh", "body", "reduction", "reading", "memory", "writing", "hdf5"},
     "reduction": {"fem", "body", "mesh", "reading", "memory", "kernels", "writing", "hdf5"},
     "system": {"noun", "body", "rotations", "summary"},
-    "deployment": {"reduction", "fem", "system", "body", "mesh", "rotations"},
+    "deployment": {"reduction", "fem", "system", "body", "mesh", "memory", "rotations"},
     "dynamics": {"effectors", "system", "body", "rotations", "kernels", "summary"},
     "results": {"noun", "body", "system", "rotations", "reading", "writing", "hdf5"},
     "view": {"results", "body", "mesh", "rotations", "writing"},

@@ -17,6 +17,7 @@ from femflex.advice.limits import (
     ORBIT_CHANGE,
     SINGULAR_MASS,
 )
+from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.linearised import is_prescribed
@@ -240,20 +241,38 @@ def _rotations_without_inertia(system: System) -> Iterator[Advice]:
     M = model.mass_matrix(0.0, model.x0)[np.ix_(free, free)]
     size = np.sqrt(np.where(np.diag(M) > 0, np.diag(M), 1.0))
     values, vectors = np.linalg.eigh(M / size / size[:, None])
+    coordinates = [coordinate.removesuffix("_rate") for coordinate, _ in system.velocity_names()]
+    turned: dict[str, list[str]] = {}
     for value, vector in zip(values, vectors.T, strict=True):
-        turning = {name: float(np.abs(vector[np.isin(free, joints[name])]).max(initial=0.0)) for name in lines}
-        if value < SINGULAR_MASS and max(turning.values()) > NOTABLE_SHARE:
-            name = max(turning, key=lambda body: turning[body])
-            text = (
-                f"bodies.{name}: its mass lies on a line, and its joints let it turn about this line without inertia: "
-                f"the mass matrix, scaled to a diagonal of 1, has an eigenvalue of {abs(value):.2g} (limit "
-                f"{SINGULAR_MASS:g}), so that the craft cannot be run. Give it a universal joint with both axes across "
-                "the line, or inertia about it (key inertia of a rigid body, or a section)"
-            )
-            yield doubt(name, "inertia", text, float(value), SINGULAR_MASS)
+        parts = {name: np.abs(vector) * np.isin(free, joints[name]) for name in lines}
+        name = max(lines, key=lambda body: float(parts[body].max(initial=0.0)))
+        moved = np.flatnonzero(parts[name] > NOTABLE_SHARE) if value < SINGULAR_MASS else ()
+        turned.setdefault(name, []).extend(coordinates[free[k]] for k in moved)
+    for name in (name for name in lines if turned.get(name)):
+        place = "on a line, and its joints let it turn about this line"
+        remedy = "a universal joint with both axes across the line"
+        if _is_point(system.bodies[name]):
+            place, remedy = "at a point, and its joint turns it", "a joint that only displaces it (kind = 'general')"
+        text = (
+            f"bodies.{name}: its mass lies {place} without inertia: the mass matrix, scaled to a diagonal of 1, has an "
+            f"eigenvalue of {abs(values[0]):.2g} (limit {SINGULAR_MASS:g}), so that the craft cannot be run: nothing "
+            f"determines the acceleration of {', '.join(dict.fromkeys(turned[name]))}. Give it {remedy}, or inertia "
+            "(key inertia of a rigid body, or a section)"
+        )
+        yield doubt(name, "inertia", text, float(values[0]), SINGULAR_MASS)
 
 
 def _on_a_line(body: FlexibleBody) -> bool:
-    r, J = body.moments.center_of_mass(), body.moments.inertia()
-    moments = np.linalg.eigvalsh(J - body.moments.mass * (r @ r * np.eye(3) - np.outer(r, r)))
+    moments = np.linalg.eigvalsh(_central_inertia(body))
     return bool(moments[0] <= LINE_INERTIA_RATIO * moments[2])
+
+
+def _is_point(body: FlexibleBody) -> bool:
+    return not body.n_modes and bool(
+        np.abs(_central_inertia(body)).max() <= LINE_INERTIA_RATIO * np.trace(body.moments.inertia())
+    )
+
+
+def _central_inertia(body: FlexibleBody) -> Array:
+    r, J = body.moments.center_of_mass(), body.moments.inertia()
+    return J - body.moments.mass * (r @ r * np.eye(3) - np.outer(r, r))

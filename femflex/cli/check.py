@@ -76,12 +76,13 @@ def examine_case(case: Path) -> tuple[ResolvedCase, str]:
         from femflex.advice.model_warnings import output_warnings
         from femflex.case import read_case
         from femflex.noun.values import counted_noun
-        from femflex.pipeline.decisions import resolve_choices
+        from femflex.pipeline.decisions import refuse_rotation_without_inertia, resolve_choices
         from femflex.pipeline.references import duration_of
         from femflex.studies.linear.closed_loop import growing_loops
 
         parsed_case = read_case(case)
         resolved_case = resolve_choices(parsed_case, thorough=True)
+        refuse_rotation_without_inertia(resolved_case)
         system = resolved_case.system
         times = parsed_case.run.times(duration_of(parsed_case, system))
         loops = growing_loops(system, float(times[-1]))

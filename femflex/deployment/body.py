@@ -22,11 +22,14 @@ from femflex.deployment.skin import deployed_skin
 from femflex.deployment.strip import DeployingStrip, StripFunctions, StripShapes
 from femflex.deployment.table import DeployingParts, deploying_variation
 from femflex.deployment.tapered import MaterialTaper, pieces_of, tapered_line, unit_factor
+from femflex.memory import free_memory
 from femflex.system import Profile, Variation
 from femflex.warning import PhysicsWarning
 
 SAMPLES = 2001  # of a profile between its breaks, to find its least and largest length
 SOFTENING_LIMIT = 0.02  # change of bending stiffness by axial inertia from which linear strain is warned of
+COPIES = 70  # of one tensor of fourth degree, that building a condensed member takes at the most (measured)
+LARGEST = 4e9  # bytes for that, 72 functions; the time to build the member, minutes at 50, grows likewise
 BUCKLING = 7.837  # of m' |A| L^3 / EI, at which a cantilever under its own distributed load buckles
 
 
@@ -100,6 +103,7 @@ def deploying_tapered_line(
     check_length(smallest, largest, stock)
     shapes = LineShapes(functions, options.get("reference") or first, line=line)
     condensed = options.get("strain", "condensed") == "condensed"
+    _check_count(shapes, options)
     if taper.covered < stock * (1.0 - 1e-9):
         warnings.warn(
             f"the taper of a deploying member is given up to {taper.covered:g} m from the end that comes out first, "
@@ -173,6 +177,7 @@ def _deploying_body(shapes: MemberShapes, length: Profile | Reel, options: Deplo
     stock_length = max(largest, first) if stock is None else stock
     check_length(least, largest, stock_length)
     check_markers(markers)
+    _check_count(shapes, options)
     total = shapes.member_mass / shapes.reference * stock_length
     strain, damping = options.get("strain", "condensed"), options.get("damping", 0.0)
     parts, shapes = member_parts(shapes, total, strain, damping, at_tip, markers)
@@ -194,6 +199,18 @@ def _deploying_body(shapes: MemberShapes, length: Profile | Reel, options: Deplo
         return DeployingBody(body, variation, parts, shapes, (length.length, length.speed))
     start = (first, float(length(0.0)[1]))
     return DeployingBody(body, deploying_variation([parts], body, length, **table_options), parts, shapes, start)
+
+
+def _check_count(shapes: MemberShapes, options: DeployingOptions) -> None:
+    """Raise ValueError for condensed strain of more functions than fit into memory."""
+    n = 0 if shapes.functions is None else shapes.functions.count
+    need, limit = COPIES * 8.0 * (n * (n + 1) / 2) ** 2, min(LARGEST, free_memory())
+    if options.get("strain", "condensed") == "condensed" and need > limit:
+        raise ValueError(
+            f"a deploying member with {n} functions and condensed strain takes about {need / 1e9:.3g} GB of memory for "
+            f"its strain energy of fourth degree (limit {limit / 1e9:.3g} GB); take fewer functions (20 are more than "
+            "a deployment shows), or strain = 'linear'"
+        )
 
 
 def _with_axes(parts: DeployingParts, options: DeployingOptions) -> DeployingParts:
@@ -256,10 +273,13 @@ def _warn_of_linear_strain(line: DeployingLine, length: Profile, until: float) -
     load = line.mass_per_length * np.abs(acceleration) * L**3
     worst = float(np.nanmax(load))
     if worst > SOFTENING_LIMIT * BUCKLING * EI:
+        load_text = "acts on a member without bending stiffness, which it alone stiffens or softens"
+        if EI:
+            load_text = f"reaches {worst / (BUCKLING * EI):.2g} of its buckling load (limit {SOFTENING_LIMIT:g})"
         warnings.warn(
             "deploying member with linear strain: the inertia load of its axial acceleration (up to "
-            f"{np.abs(acceleration).max():.3g} m/s^2) reaches {worst / (BUCKLING * EI) if EI else np.inf:.2g} of its "
-            f"buckling load (limit {SOFTENING_LIMIT:g}), and linear strain leaves it out; set strain = 'condensed'",
+            f"{np.abs(acceleration).max():.3g} m/s^2) {load_text}, and linear strain leaves it out; set strain = "
+            "'condensed'",
             PhysicsWarning,
             stacklevel=3,
         )

@@ -129,8 +129,9 @@ def _op4(path: Path) -> Contents:
         return Contents(matrices=_square_matrices(matrices))
     model_arrays = {OP4_NAMES[name]: value for name, value in matrices.items() if name in OP4_NAMES}
     nodes = np.asarray(matrices["nodes"])
-    if (second := model_arrays.get("moments_second")) is not None:  # rows and columns of 3 (1 + n_dof)
-        second = sparse.csr_array(second).toarray() if sparse.issparse(second) else np.asarray(second)
+    second: Any = model_arrays.get("moments_second")
+    if second is not None:  # rows and columns of 3 (1 + n_dof)
+        second = second.toarray() if sparse.issparse(second) else np.asarray(second)
         if second.shape[0] == second.shape[1] and second.shape[0] % 3 == 0:
             second = second.reshape(second.shape[0] // 3, 3, -1, 3)
         model_arrays["moments_second"] = second

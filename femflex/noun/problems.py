@@ -29,11 +29,13 @@ class CaseError(ValueError):
 
 
 def printable(text: str) -> str:
-    """The text in one line: words of more than 120 characters cut, control characters written as escapes.
+    """The text in one line: words of more than 120 characters cut, control characters written as escapes, and its
+    lines separated by semicolons.
 
-    >>> printable("found 'a\\x00b'")
-    "found 'a\\\\x00b'"
+    >>> printable("found 'a\\x00b'"), printable("a.bdf cannot be used:\\n  line 5\\n  line 7")
+    ("found 'a\\\\x00b'", 'a.bdf cannot be used: line 5; line 7')
     """
+    text = re.sub(r"\s*\n\s*", "; ", re.sub(r":\s*\n\s*", ": ", text.strip("\n")))
     cut = re.sub(r"\S{121,}", lambda word: f"{word[0][:60]}...{word[0][-20:]}", text)
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in cut)
 

@@ -35,7 +35,7 @@ from femflex.assembly.open_choices import open_joints, open_strains, with_joints
 from femflex.assembly.shared import shared_structures
 from femflex.assembly.system import problems_of_loads
 from femflex.case.case import Case
-from femflex.noun.problems import CaseError
+from femflex.noun.problems import CaseError, Problem
 from femflex.pipeline.chosen_strains import bodies_with_strain, rebuilt_bodies
 from femflex.pipeline.joint_shapes import (
     Built,
@@ -85,6 +85,12 @@ def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System
     resolved = resolve_choices(case, bodies)
     warn_of(resolved.advice, stacklevel=3)
     return resolved.system
+
+
+def refuse_rotation_without_inertia(resolved: ResolvedCase) -> None:
+    """Raise CaseError where joints turn a body without inertia, with its name, its coordinates and the remedy."""
+    if problems := [Problem("", advice.reason) for advice in resolved.advice if advice.decision == "inertia"]:
+        raise CaseError(resolved.case.path.name, problems)
 
 
 def resolve_choices(

@@ -94,7 +94,7 @@ def prepare(
     from femflex.integrate import dop853_kernel
     from femflex.kernels.compiled import compile_ahead
     from femflex.pipeline.compiled import compiled
-    from femflex.pipeline.decisions import resolve_choices
+    from femflex.pipeline.decisions import refuse_rotation_without_inertia, resolve_choices
     from femflex.pipeline.integrator import case_integrator
     from femflex.pipeline.periods import check_periods
     from femflex.pipeline.references import duration_of
@@ -124,8 +124,7 @@ def prepare(
     if output is not None and resume:
         check_same_model(model, Path(output))
     times = case.run.times(duration_of(case, system))
-    if turning := [advice.reason for advice in resolved.advice if advice.decision == "inertia"]:
-        raise ValueError(turning[0])
+    refuse_rotation_without_inertia(resolved)
     resolved = replace(resolved, advice=(*resolved.advice, *output_warnings(system, float(times[1] - times[0]))))
     warn_of(resolved.advice)
     begun = ""
