@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
+
 from femflex.case.body import RigidTable
 from femflex.case.case import Case
-from femflex.effectors.controllers import AttitudeFeedback, LowPass, Notch, Pd, Pid
+from femflex.effectors.controllers import AttitudeFeedback, LinearSystem, LowPass, Notch, Pd, Pid
 from femflex.effectors.noun import MarkerPair
 from femflex.effectors.sensor import Sensor
 from femflex.effectors.signal import Signal
 from femflex.effectors.thruster import Thruster
 from femflex.warning import PhysicsWarning
 
+FASTEST = 3000.0  # rad/s, 28600 rpm: above it the speed of a wheel is likely meant in other units
 DERIVATIVES = {"attitude": 0, "pointing": 0, "displacement": 0, "rate": 1, "velocity": 1, "acceleration": 2}
 
 
@@ -46,6 +50,18 @@ def _time_warnings(case: Case) -> Iterator[str]:
             start = table.first_start()
             if start is not None and start >= end:
                 yield f"{heading}.{name}: it first acts at {start:g} s, after the end of the run at {end:g} s"
+            elif (train := getattr(table, "train", None)) is not None:
+                late = sum(begin >= end for begin, _ in train.pulses())
+                if late:
+                    yield (
+                        f"{heading}.{name}.train: {late} of its {train.count} pulses come after the end of the run at "
+                        f"{end:g} s; run longer, or shorten its period of {train.period:g} s"
+                    )
+            if (speed := getattr(table, "max_speed", None)) is not None and speed > FASTEST:
+                yield (
+                    f"{heading}.{name}.max_speed: found {speed:g} rad/s, {speed * 30 / math.pi:.6g} rpm (limit "
+                    f"{FASTEST:g} rad/s); numbers without unit are rad/s: write '{speed:g} rpm' if that was meant"
+                )
     for joint in case.joints:
         if joint.release is not None and joint.release > end:
             yield (
@@ -57,6 +73,14 @@ def _time_warnings(case: Case) -> Iterator[str]:
 def _filter_warnings(case: Case) -> Iterator[str]:
     """Filters above half the sampling frequency of their own or of their inputs."""
     for name, table in case.effectors["controllers"].items():
+        if isinstance(table, LinearSystem) and table.period is not None and len(table.A):
+            fastest = float(np.abs(np.linalg.eigvals(np.asarray(table.A, float)).imag).max())
+            if fastest >= math.pi / table.period:
+                yield (
+                    f"controllers.{name}.A: found a pole of {fastest / (2 * math.pi):.4g} Hz, not below "
+                    f"{0.5 / table.period:g} Hz, half the frequency of its samples (period {table.period:g} s), which "
+                    "do not show it; shorten the period, or reduce the model"
+                )
         if not isinstance(table, LowPass | Notch):
             continue
         sources = [_source(case, signal) for signal in table.inputs]

@@ -9,6 +9,7 @@ length and interpolated; the number of pieces is doubled until the error between
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -24,6 +25,7 @@ from femflex.deployment.parts import columns_of, with_columns
 from femflex.deployment.series import Series, added, evaluate, scaled
 from femflex.deployment.table import DeployingParts, MarkerSeries
 from femflex.reduction.beams.beam_functions import points_for
+from femflex.warning import PhysicsWarning
 
 DEGREE = 9  # of the polynomials in the length
 ERROR_GOAL = 1e-8  # relative error of the interpolation that is aimed at
@@ -66,6 +68,13 @@ class MaterialTaper:
         for name, values in factors.items():
             if len(values) != len(points):
                 raise ValueError(f"{len(values)} factors on {name} are given at {len(points)} points; give one at each")
+        if points[0] > 0.0:
+            warnings.warn(
+                f"the taper of a deploying member begins {points[0]:g} m from the end that comes out first, and those "
+                f"{points[0]:g} m have its first factors; begin the taper at 0",
+                PhysicsWarning,
+                stacklevel=2,
+            )
         functions = {name: partial(_straight, points, np.asarray(values, float)) for name, values in factors.items()}
         return cls(**functions, knots=tuple(float(x) for x in points if x > 0.0), covered=float(points[-1]))
 

@@ -89,7 +89,12 @@ def call_controller(
         )
     checked = []
     for what, value, n in (("command", answer[0], len(controller.commands)), ("memory", answer[1], len(memory))):
-        array = np.atleast_1d(np.asarray([] if value is None else value, float))
+        try:
+            array = np.atleast_1d(np.asarray([] if value is None else value, float))
+        except (TypeError, ValueError):
+            raise ValueError(
+                f"the {what} of controller {controller.name!r} at t = {t:.9g} s is {value!r}; expected {n} numbers"
+            ) from None
         if array.shape != (n,):
             raise ValueError(
                 f"the {what} of controller {controller.name!r} at t = {t:.9g} s has shape {array.shape}; "

@@ -59,7 +59,7 @@ def check_inertia(inertia: Array, where: str, physical: bool = False) -> None:
     principal = np.linalg.eigvalsh(inertia)
     largest, moments = np.abs(principal).max(), ", ".join(f"{moment:.6g}" for moment in principal)
     if principal[0] < -(1e-9 if physical else 1e-6) * largest:
-        raise ValueError(f"{where} has the principal moments {moments} kg m^2; none is negative, so check the signs")
+        raise ValueError(f"{where} has a negative principal moment among {moments} kg m^2; check the signs")
     complete = physical or principal[0] > 1e-6 * largest
     if complete and principal[0] + principal[1] < principal[2] - (1e-9 if physical else ROUNDED) * largest:
         raise ValueError(

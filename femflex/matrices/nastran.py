@@ -131,7 +131,7 @@ def _op4(path: Path) -> Contents:
     nodes = np.asarray(matrices["nodes"])
     second: Any = model_arrays.get("moments_second")
     if second is not None:  # rows and columns of 3 (1 + n_dof)
-        second = second.toarray() if sparse.issparse(second) else np.asarray(second)
+        second = second.toarray() if hasattr(second, "toarray") else np.asarray(second)
         if second.shape[0] == second.shape[1] and second.shape[0] % 3 == 0:
             second = second.reshape(second.shape[0] // 3, 3, -1, 3)
         model_arrays["moments_second"] = second
