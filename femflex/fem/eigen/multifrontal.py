@@ -19,7 +19,7 @@ from femflex.arrays import Array, IntArray
 
 LEAF = 60  # number of graph nodes at which a part is not cut further
 FEW_DOFS = 10_000  # below which SuperLU is quick enough
-WIDE = 5e4  # dofs squared: cube of the size of level sets over the number of dofs, from which fronts are faster
+WIDE = 2e4  # dofs squared: cube of the size of level sets over the number of dofs, from which fronts are faster
 BALANCE = 0.3  # least share of a part on each side of its separator
 
 
@@ -39,7 +39,7 @@ def worthwhile(A: sparse.csr_array) -> bool:
     """Whether fronts are faster than scipy's SuperLU on A (n, n) [any unit]: for large matrices of solids, which have
     wide separators.
 
-    With level sets of s dofs the fronts cost about s^3, and their overhead grows with n: s^3 / n is over 1e5 on meshes
+    With level sets of s dofs the fronts cost about s^3, and their overhead grows with n: s^3 / n is over 2e4 on meshes
     of solids, and below 1e4 on shells.
     """
     n = A.shape[0]
