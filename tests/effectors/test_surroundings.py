@@ -319,7 +319,7 @@ def test_b_dot_slows_a_tumbling_satellite():
 def test_small_motions_of_a_ball_behind_its_pivot():
     """Light pushes a ball of radius 1 m, its centre 2 m from the pivot: omega^2 = F d / J, F = P pi r^2."""
     ball_skin = ball(16)
-    skin = Skin(ball_skin.points + [-2.0, 0.0, 0.0], ball_skin.cells, ball_skin.shapes)
+    skin = Skin(ball_skin.points - np.array([2.0, 0.0, 0.0]), ball_skin.cells, ball_skin.shapes)
     J = np.diag([1e-3, 4e-3, 4e-3])
     body = rigid_body(1.0, J, skin=skin)
     nouns = {"sun": Sun(kind="sun", direction=(1, 0, 0)), "skin": Surface(body="hub"), "light": SolarPressure()}
