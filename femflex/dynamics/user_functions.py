@@ -57,9 +57,14 @@ class UserCall(NamedTuple):
 
 
 def check_user_functions(model: Model) -> None:
-    """Call every user's function at the initial state. Raises ValueError for one that leaves its arrays."""
+    """Call every user's function at the initial state. Raises ValueError for one that leaves its arrays, and for one
+    whose numbers are not finite.
+    """
     for function in _evaluated(model.for_run(), 0.0, model.x0) if _has_user_functions(model.system) else ():
-        if isinstance(error := function.error(0.0), IndexError):
+        error = function.error(0.0)
+        if error is None and not np.isfinite(function.out).all():
+            raise ValueError(f"{function.owner} gives numbers that are not finite at the initial state")
+        if isinstance(error, IndexError):
             raise ValueError(
                 f"{function.owner} reads or writes outside its arrays at the initial state: {error}. Check the indices "
                 "against the number of its markers, degrees of freedom, inputs, states, parameters and channels"

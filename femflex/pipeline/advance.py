@@ -16,6 +16,7 @@ from femflex.advice.spinning_deflections import SpinningDeflectionWatch
 from femflex.advice.stiffening import StiffeningWatch
 from femflex.advice.tension import TensionWatch
 from femflex.pipeline.guard import MotionGuard, Singularities, first_overflow, warn_of_passage
+from femflex.pipeline.thruster_levels import ThrusterLevels
 
 if TYPE_CHECKING:
     from femflex.dynamics import Model
@@ -49,7 +50,7 @@ def integrate(
     guard, singularities = MotionGuard(model, body_origins, prepared.resolved.notes), Singularities(model)
     stiffening, tension = StiffeningWatch(model, body_origins), TensionWatch(model, body_origins)
     slack, axial, spinning = SlackWatch(model), AxialForceWatch(model), SpinningDeflectionWatch(model)
-    energy = EnergyWatch(model)
+    energy, levels = EnergyWatch(model), ThrusterLevels(model)
     if model.constraints is not None:
         model.constraints.reset_passage_notes()
     stresses = prepared.recovery
@@ -78,6 +79,7 @@ def integrate(
                     axial.watch(times, channels)
                     spinning.watch(last.states[: len(times)], channels)
                     energy.watch(channels)
+                    levels.watch(times, channels)
                     written = float(times[-1])
                 if error is not None:
                     raise error
@@ -100,6 +102,7 @@ def integrate(
     slack.warn()
     axial.warn()
     spinning.warn()
+    levels.warn()
     energy.warn()
 
 

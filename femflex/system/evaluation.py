@@ -50,9 +50,12 @@ def _algebraic_loop(items: Sequence[T], what: str) -> list[str]:
         path.append(following)
         following = min(waits[following] - ordered)
     names = " -> ".join([*path[path.index(following) :], following])
+    states = [name for item in cyclic if item.name in path for name, _ in item.state_names()]
+    hint = f", such as {states[0]}" if states and isinstance(cyclic[0], Effector) else ""
     return [
         f"algebraic loop: {names} take each other's {what}, so none of them can be evaluated first; take a state in "
-        "place of a channel somewhere in the loop (a lag, a filter, a sensor with a period), or make one block of them"
+        f"place of an output somewhere in the loop{hint} (of a lag, a filter, a sensor with a period), or make one "
+        "block of them"
     ]
 
 
