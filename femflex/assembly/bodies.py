@@ -276,7 +276,7 @@ def turning_markers(case: Case, name: str) -> set[str]:
 def patch_groups(case: Case, name: str) -> list[str]:
     """Groups of a body over which effectors of the case spread forces."""
     nouns = [noun for named in case.effectors.values() for noun in named.values()]
-    return sorted({group for noun in nouns for body, group in noun.spread() if body == name})
+    return sorted({group for noun in nouns for body, group in noun.needed_patches() if body == name})
 
 
 def _segments(case: Case, name: str, table: FlexibleTable, counts: tuple[int | None, int, int | None]) -> Segments:

@@ -8,10 +8,10 @@ from pydantic import Field
 
 from femflex.case.joint_values import Axis
 from femflex.noun.values import PositiveLength
-from femflex.system.spring import Between
+from femflex.system.spring import MarkerLink
 
 
-class RollingDisc(Between):
+class RollingDisc(MarkerLink):
     """A sharp-edged disc that rolls without slip on a plane through the parent's marker."""
 
     kind: Literal["rolling_disc"]
@@ -24,7 +24,7 @@ class RollingDisc(Between):
     """Normal of the plane, towards the disc, in the axes of the parent's marker."""
 
 
-class KnifeEdge(Between):
+class KnifeEdge(MarkerLink):
     """A blade that does not move sideways."""
 
     kind: Literal["knife_edge"]

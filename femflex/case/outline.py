@@ -27,7 +27,7 @@ from femflex.case.sight import SightTable
 from femflex.effectors.registry import nouns
 from femflex.noun.problems import item_label
 from femflex.system.load import Load
-from femflex.system.spring import Between, Spring
+from femflex.system.spring import MarkerLink, Spring
 
 T = TypeVar("T")
 
@@ -58,7 +58,7 @@ class Outline:
     joints: Mapping[str, JointTable | None]
     loads: Mapping[str, Load | None]
     loops: Mapping[str, JointTable | None]
-    between: Mapping[str, Between | None]
+    between: Mapping[str, MarkerLink | None]
     sights: Mapping[str, SightTable | None]
     mounted: Mapping[str, Any]
     pictures: PicturesTable | None

@@ -87,7 +87,7 @@ class DistributedLoad(EffectorNoun, heading="distributed_loads"):
         """Axes of the force: frame, or its default."""
         return self.frame or ("body" if self.pressure is None else "local")
 
-    def spread(self) -> tuple[tuple[str, str], ...]:
+    def needed_patches(self) -> tuple[tuple[str, str], ...]:
         """(body, group) of the patches that it needs."""
         return () if self.force_per_mass is not None or self.load_set is not None else ((self.body, self.group),)
 

@@ -131,7 +131,7 @@ class EffectorNoun(Parametric):
         """Variations of the bodies that carry nouns of this class, by body. Raises ValueError."""
         return {}
 
-    def spread(self) -> tuple[tuple[str, str], ...]:
+    def needed_patches(self) -> tuple[tuple[str, str], ...]:
         """(body, group) of the patches that it needs (`femflex.body.Patches`); none of one that acts at markers."""
         return ()
 

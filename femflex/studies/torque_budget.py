@@ -97,7 +97,7 @@ def torque_budget(model: Model, times: Array, states: Array, channels: Mapping[s
     if len(times) < LEAST:
         raise ValueError(f"a budget needs at least {LEAST} instants; the motion has {len(times)}")
     names = source_names(system)
-    root = _Root.of(system, times, states)
+    root = _Root.from_motion(system, times, states)
     attitude = dcm_from_quaternion(np.asarray(channels[f"bodies/{system.root}/attitude"])[rows])
     arm = np.asarray(channels["monitors/center_of_mass"])[rows] - channels[f"bodies/{system.root}/position"][rows]
     elastic = [k for k, (name, _) in enumerate(system.coordinate_names()) if ".delta" in name]
@@ -169,7 +169,7 @@ class _Root:
     axes: Array
 
     @classmethod
-    def of(cls, system: System, times: Array, states: Array) -> _Root:
+    def from_motion(cls, system: System, times: Array, states: Array) -> _Root:
         """The root of a motion. Raises ValueError where it does not turn about three axes."""
         joint = system.joint_of(system.root)
         n = len(joint.translations)

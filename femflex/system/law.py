@@ -81,7 +81,7 @@ def forget(kind: str) -> None:
 
 
 class JointLaw(Parametric):
-    """What acts on one coordinate of a joint: base class of laws and latches.
+    """Base class of laws and latches: an element on one coordinate of a joint.
 
     A class whose `kind` has a default is known to cases by that name.
     """

@@ -10,7 +10,7 @@ from femflex.noun.table import Name, Table, refuse
 from femflex.noun.values import Quantity
 
 
-class Between(Table):
+class MarkerLink(Table):
     """An element between a marker of a body and a marker of another, or the origin of the base frame."""
 
     name: Name
@@ -25,13 +25,13 @@ class Between(Table):
     """Marker of the other body."""
 
     @model_validator(mode="after")
-    def _base_has_one_marker(self) -> Between:
+    def _base_has_one_marker(self) -> MarkerLink:
         if self.parent is None and self.parent_marker != "origin":
             refuse(f"found parent_marker {self.parent_marker!r} without a parent; the base frame has only its origin")
         return self
 
 
-class Spring(Between):
+class Spring(MarkerLink):
     """A spring and damper along the line between two markers."""
 
     stiffness: Annotated[float, Quantity("N/m", least=0.0)] = 0.0

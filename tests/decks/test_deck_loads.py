@@ -280,7 +280,7 @@ def volume(kind: str) -> float:
 
 @pytest.mark.parametrize("middles", [(), (99,)])
 @pytest.mark.parametrize("kind", BLOCK)
-def test_water_lifts_a_solid_as_archimedes_says(kind, middles, tmp_path):
+def test_water_pressure_on_a_solid_matches_archimedes(kind, middles, tmp_path):
     """PLOAD4 on all faces, the pressure falling with height by 2 N/mm^2 per mm: the lift is that times the volume."""
     grids = [f"GRID,{k + 1},," + ",".join(f"{v:.1f}" for v in x) for k, x in enumerate(BLOCK[kind])]
     cards = [*grids, *lines(kind, 1, 3, *range(1, len(grids) + 1), *middles), "PSOLID,3,1", STEEL, "SPC1,1,123,1,2,3"]

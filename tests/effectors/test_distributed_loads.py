@@ -96,7 +96,7 @@ def follower_elastica(load: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", ["beam", "analytic", "shell of second order"])
-def test_pressure_follows_a_bent_strip_as_the_elastica_says(name):
+def test_follower_pressure_matches_elastica(name):
     body, where = analytic(4, "condensed") if name == "analytic" else strip(name, 8, 4, "condensed")
     load = 1.2
     q = load * EI / L**3

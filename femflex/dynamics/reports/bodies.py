@@ -14,7 +14,7 @@ from femflex.system import Channel, System
 
 
 class Bodies(RowReport):
-    """What the row has of the bodies, in tree order."""
+    """Channels of the bodies in the row, in tree order."""
 
     place = 1
 

@@ -32,7 +32,7 @@ POSITION, DEFLECTION = (slice(first, first + 3) for first in (IN_MARKER.position
 
 
 class Markers(RowReport):
-    """What the row has of the reported markers, with static stretch and as parts of cut bodies."""
+    """Channels of the reported markers in the row, with static stretch and as parts of cut bodies."""
 
     place = 2
 

@@ -109,7 +109,7 @@ class Observation(Mapping[str, Array]):
         self._values: dict[str, Array] = {}
 
     def columns(self, path: str) -> Array:
-        """What the row has of a channel (n_t, *shape), before a report adds to it."""
+        """Values (n_t, *shape) of a channel in the row, before a report adds to them."""
         return np.asarray(self.rows[:, self.model.all_channels.columns[path]])
 
     def paths_of(self, report: Report) -> list[str]:

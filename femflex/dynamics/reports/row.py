@@ -108,5 +108,5 @@ def worded(channel: Channel, words: Mapping[str, str], **changes: Any) -> Channe
 
 
 def origin_text(system: System) -> str:
-    """Where positions are counted from."""
+    """Text on the point from which positions count."""
     return "from O" if system.orbit else "from the inertial origin"

@@ -1,8 +1,8 @@
-"""What forces on surfaces have in common: one effector for each body, over the markers that carry its facets."""
+"""Base of forces on surfaces: one effector for each body, over the markers that carry its facets."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -91,7 +91,7 @@ class SurfaceForce(EffectorNoun):
 
 
 def inputs_of(
-    context: Context, name: str, kind: type[EffectorNoun], channels: Sequence[str], what: Callable[[], str] | str
+    context: Context, name: str, kind: type[EffectorNoun], channels: Sequence[str], what: str
 ) -> tuple[str, ...]:
     """Channels of a surrounding as inputs. Raises ValueError where it does not exist or is of another kind."""
     if not isinstance(context.nouns.get(name), kind):

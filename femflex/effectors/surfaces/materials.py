@@ -32,7 +32,7 @@ class Optical(Table):
         return self
 
 
-class Known(NamedTuple):
+class SideProperties(NamedTuple):
     """Shares of light and emissivity of a usual surface."""
 
     specular: float
@@ -44,17 +44,17 @@ class Known(NamedTuple):
 # (2nd ed., 2002), appendix A, rounded; specular and diffuse shares of what is reflected by the kind of the surface. The
 # sail is the ideal film of C. R. McInnes, Solar Sailing (1999), table 2.1: reflectivity 0.88, 94 % of it specular.
 CATALOGUE = {
-    "black": Known(0.0, 0.0, 1.0),
-    "mirror": Known(1.0, 0.0, 0.0),
-    "solar_cell": Known(0.21, 0.0, 0.81),
-    "carbon_back": Known(0.0, 0.10, 0.85),
-    "white_paint": Known(0.0, 0.80, 0.90),
-    "black_paint": Known(0.0, 0.04, 0.88),
-    "gold_mli": Known(0.40, 0.25, 0.60),
-    "black_mli": Known(0.05, 0.05, 0.80),
-    "aluminised_film": Known(0.83, 0.05, 0.05),
-    "sail_front": Known(0.8272, 0.0528, 0.05),
-    "sail_back": Known(0.0, 0.45, 0.55),
-    "radiator_mirror": Known(0.90, 0.02, 0.80),
-    "bare_aluminium": Known(0.70, 0.15, 0.05),
+    "black": SideProperties(0.0, 0.0, 1.0),
+    "mirror": SideProperties(1.0, 0.0, 0.0),
+    "solar_cell": SideProperties(0.21, 0.0, 0.81),
+    "carbon_back": SideProperties(0.0, 0.10, 0.85),
+    "white_paint": SideProperties(0.0, 0.80, 0.90),
+    "black_paint": SideProperties(0.0, 0.04, 0.88),
+    "gold_mli": SideProperties(0.40, 0.25, 0.60),
+    "black_mli": SideProperties(0.05, 0.05, 0.80),
+    "aluminised_film": SideProperties(0.83, 0.05, 0.05),
+    "sail_front": SideProperties(0.8272, 0.0528, 0.05),
+    "sail_back": SideProperties(0.0, 0.45, 0.55),
+    "radiator_mirror": SideProperties(0.90, 0.02, 0.80),
+    "bare_aluminium": SideProperties(0.70, 0.15, 0.05),
 }

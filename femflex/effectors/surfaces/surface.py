@@ -18,7 +18,7 @@ from femflex.arrays import Array
 from femflex.body import FlexibleBody, Skin
 from femflex.body.patches import patch_marker
 from femflex.effectors.noun import EffectorNoun
-from femflex.effectors.surfaces.materials import CATALOGUE, Known, Optical
+from femflex.effectors.surfaces.materials import CATALOGUE, Optical, SideProperties
 from femflex.noun.problems import suggestion_text
 from femflex.noun.table import refuse
 from femflex.noun.values import Quantity
@@ -43,8 +43,8 @@ class Facet:
     form: float
     area: Array
     centre: Array
-    front: Known
-    back: Known | None
+    front: SideProperties
+    back: SideProperties | None
 
 
 class Surface(EffectorNoun, heading="surfaces"):
@@ -74,7 +74,7 @@ class Surface(EffectorNoun, heading="surfaces"):
                 refuse(f"found {key} = {value!r}, which is not in the catalogue; {suggestion_text(value, CATALOGUE)}")
         return self
 
-    def spread(self) -> tuple[tuple[str, str], ...]:
+    def needed_patches(self) -> tuple[tuple[str, str], ...]:
         """(body, group) of its patches."""
         return ((self.body, self.group or "all"),)
 
@@ -94,7 +94,7 @@ class Surface(EffectorNoun, heading="surfaces"):
             raise ValueError(
                 f"body {self.body!r} is cut into segments, which have no surface; give it without segments"
             )
-        front, back = _known(self.front), None if self.back is None else _known(self.back)
+        front, back = _side_properties(self.front), None if self.back is None else _side_properties(self.back)
         if not body.n_shapes:
             return {"origin": list(_facets_of_skin(self.body, body, front))}
         patches = body.patches.get(self.group or "all")
@@ -119,11 +119,13 @@ class Surface(EffectorNoun, heading="surfaces"):
         return out
 
 
-def _known(value: str | Optical) -> Known:
-    return CATALOGUE[value] if isinstance(value, str) else Known(value.specular, value.diffuse, value.emissivity)
+def _side_properties(value: str | Optical) -> SideProperties:
+    return (
+        CATALOGUE[value] if isinstance(value, str) else SideProperties(value.specular, value.diffuse, value.emissivity)
+    )
 
 
-def _facets_of_skin(name: str, body: FlexibleBody, front: Known) -> Iterator[Facet]:
+def _facets_of_skin(name: str, body: FlexibleBody, front: SideProperties) -> Iterator[Facet]:
     """The facets of a rigid body's skin, those in one plane as one."""
     skin = body.skin or Skin(np.zeros((0, 3)), {}, np.zeros((0, 0, 3)))
     areas, centres = np.zeros((0, 3)), np.zeros((0, 3))

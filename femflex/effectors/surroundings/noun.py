@@ -1,4 +1,4 @@
-"""What surroundings have in common: no force, inputs from the orbit, and an epoch."""
+"""Base of surroundings: no force, inputs from the orbit, and an epoch."""
 
 from __future__ import annotations
 

@@ -83,7 +83,7 @@ def _patches_of_group(structure: Structure, phi: Array, group: str, sines: bool)
         oriented = {kind: _outward(mesh, kind, rows) for kind, rows in used.items()}
         used = {kind: rows for kind, (rows, _) in oriented.items()}
         solid = all(are_faces for _, are_faces in oriented.values())
-    motion = _NodeMotion.of(structure, phi)
+    motion = _NodeMotion.from_structure(structure, phi)
     parts = [_cell_motion(mesh, kind, rows, motion, group) for kind, rows in used.items()]
     all_cells = CellMotion(
         *(np.concatenate([getattr(part, key) for part in parts]) for key in CellMotion.__annotations__)
@@ -102,7 +102,7 @@ class _NodeMotion:
     turns: BoolArray
 
     @classmethod
-    def of(cls, structure: Structure, phi: Array) -> _NodeMotion:
+    def from_structure(cls, structure: Structure, phi: Array) -> _NodeMotion:
         n_points = len(structure.mesh.points)
         operators = (structure.translation, structure.rotation)
         u, theta = (np.asarray(rows @ phi).reshape(n_points, 3, -1) for rows in operators)
