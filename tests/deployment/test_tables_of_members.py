@@ -192,7 +192,7 @@ def test_table_of_line_matches_material_integrals(name):
 @pytest.mark.parametrize("functions", [BeamFunctions(y=1, z=1), None], ids=["beam", "straight"])
 def test_table_of_tapered_line_matches_material_integrals(drum, functions):
     line = line_of(EIy=3.0, EIz=5.0, ry=0.05, rz=0.09, rotary_inertia=True)
-    points, mass, bending = (0.2, 1.6, 2.4, 2.6), (1.0, 2.0, 0.7, 0.7), (0.5, 1.5, 2.5, 2.5)
+    points, mass, bending = (0.0, 1.6, 2.4, 2.6), (1.0, 2.0, 0.7, 0.7), (0.5, 1.5, 2.5, 2.5)
     taper = MaterialTaper.table(points, mass=mass, bending=bending)
     made = deploying_tapered_line(
         line, taper, functions, LENGTH, stock=2.6, until=3.0, markers=MARKERS, drum=drum, damping=0.04, reference=1.4

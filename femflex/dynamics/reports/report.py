@@ -137,9 +137,9 @@ def width(channel: Channel) -> int:
 @cache
 def reports() -> tuple[Report, ...]:
     """All reports, force terms included, by place."""
-    from femflex.dynamics.force_terms import force_terms
-
-    every = (*discovered(Report, "femflex.dynamics.reports"), *force_terms())
+    force_terms = import_module("femflex.dynamics.force_terms").force_terms()  # which need this file
+    packages = ("femflex.dynamics.reports", "femflex.dynamics.terms")
+    every = [*force_terms, *(each for package in packages for each in discovered(Report, package))]
     return tuple(sorted(every, key=lambda report: report.place))
 
 
