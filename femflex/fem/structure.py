@@ -19,6 +19,7 @@ from femflex.fem.assembly.support_dofs import zero_columns
 from femflex.fem.bushing import Bushing
 from femflex.fem.connections.connection import Connection
 from femflex.fem.connections.hanging import hanging_dependences, hanging_note
+from femflex.fem.connections.middle_nodes import middles_left_out, with_raised_boundaries
 from femflex.fem.family import FAMILIES, Contribution, SkinPart, StrainPlaces, prepare_mesh, with_own_cells
 from femflex.fem.internal_force import InternalForce
 from femflex.fem.point_mass import PointMass, point_mass_block
@@ -180,7 +181,32 @@ class Structure:
                 f"the supports of {groups} set combinations of dofs to zero (planes askew, edges of curved shells), "
                 "which this structure does not have as dofs; give build_structure(..., supports=...) the same supports"
             )
+        self._warn_of_free_middles(supports, zero_dofs)
         return zero_dofs
+
+    def _warn_of_free_middles(self, supports: Supports, zero_dofs: IntArray) -> None:
+        """Warn of middle nodes that are free between corners, where a support lists these alone."""
+        free = np.ones(self.n_dof)
+        free[zero_dofs] = 0.0
+        for group, value in supports.items():
+            nodes = self.mesh.group_points(group)
+            moves, _ = as_support(value).projectors()
+            middles = middles_left_out(self.mesh, self.numbering.members, nodes) if moves.any() else nodes[:0]
+            if not len(middles):
+                continue
+            motion = abs(self.translation[(3 * middles[:, None] + np.arange(3)).ravel()]) @ free
+            count = np.count_nonzero(motion.reshape(-1, 3)[:, np.diag(moves) > 0].any(axis=1))
+            if count:
+                warnings.warn(
+                    PhysicsWarning(
+                        "the support at {body_or_joint!r} lists corners of second-order elements alone: {value} middle "
+                        "nodes between them are free.",
+                        body_or_joint=group,
+                        value=count,
+                        remedy="List the middle nodes too, or name a group of the faces or edges",
+                    ),
+                    stacklevel=4,
+                )
 
 
 def build_structure(
@@ -204,6 +230,7 @@ def build_structure(
     mesh, members, cell_notes = with_own_cells(mesh, members)
     warn_of_doubled_cells(mesh, members)
     mesh, notes = prepare_mesh(mesh, members)
+    mesh, middle_notes = with_raised_boundaries(mesh, members)
     for connection in connections:
         mesh = connection.with_reference_node(mesh)
     numbering = Numbering(len(mesh.points), members)
@@ -236,7 +263,7 @@ def build_structure(
         skin_parts=tuple(part.skin for part in parts if part.skin is not None),
         numbering=numbering,
         places=(*places, *(None,) * len(late)),
-        notes=cell_notes + notes + hanging_note(mesh, numbering, hanging),
+        notes=cell_notes + notes + middle_notes + hanging_note(mesh, numbering, hanging),
     )
 
 

@@ -38,7 +38,7 @@ def raise_order(mesh: Mesh, rows: Rows, keep: Rows | None = None) -> Mesh:
     raised_rows = {kind: np.asarray(cell_rows, np.int64) for kind, cell_rows in rows.items() if len(cell_rows)}
     if not raised_rows:
         return mesh
-    new_nodes = _NewNodes(mesh)
+    new_nodes = _NewNodes(mesh, mesh.cells)
     for kind, cell_rows in raised_rows.items():
         new_nodes.add_nodes_of(kind, mesh.cells[kind][cell_rows])
     for kind, cell_rows in _lower_cells_on_edges(mesh, new_nodes, raised_rows, keep or {}).items():
@@ -70,20 +70,38 @@ def raise_order(mesh: Mesh, rows: Rows, keep: Rows | None = None) -> Mesh:
     return Mesh(points, {kind: np.concatenate(parts) for kind, parts in cells.items()}, groups, point_groups)
 
 
+def rows_between(mesh: Mesh, around: Mapping[str, IntArray], keep: Rows) -> dict[str, IntArray]:
+    """Rows of the lines and surfaces, except those in `keep`, whose additional nodes in the next type of `SECOND_ORDER`
+    are all middle nodes of the cells `around`, cell type -> nodes (n, k)."""
+    kinds = [kind for kind in mesh.cells if kind in SECOND_ORDER and CELL_TYPES[kind].dimension < 3]
+    if not around or not kinds:
+        return {}
+    middles, rows = _NewNodes(mesh, around), {}
+    for kind in kinds:
+        cell, nodes = CELL_TYPES[kind], mesh.cells[kind]
+        between = np.ones(len(nodes), bool)
+        between[keep.get(kind, np.zeros(0, np.int64))] = False
+        for parents in CELL_TYPES[SECOND_ORDER[kind]].parents[len(cell.nodes) - cell.n_corners :]:
+            between &= middles.exist_between(nodes, parents, first=0)
+        if between.any():
+            rows[kind] = np.flatnonzero(between)
+    return rows
+
+
 class _NewNodes:
     """Nodes between corners, identified by a key: the sum, modulo 2^64, of random marks of the corners.
 
-    Two different positions share a key with probability 2^-64.
+    Two different positions share a key with probability 2^-64. cells: those whose middle nodes exist before.
     """
 
-    def __init__(self, mesh: Mesh) -> None:
+    def __init__(self, mesh: Mesh, cells: Mapping[str, IntArray]) -> None:
         self._mesh = mesh
         self._marks = np.random.default_rng(0).integers(1, 2**63, len(mesh.points), dtype=np.uint64)
         self._n = self._first = len(mesh.points)
         self.points: list[Array] = []
         self._parents: list[IntArray] = []
         keys, numbers = [np.zeros(0, np.uint64)], [np.zeros(0, np.int64)]
-        for kind, nodes in mesh.cells.items():
+        for kind, nodes in cells.items():
             cell = CELL_TYPES[kind]
             for column, parents in enumerate(cell.parents, cell.n_corners):
                 keys.append(self._key(nodes, parents))
@@ -118,9 +136,9 @@ class _NewNodes:
         ]
         return np.column_stack([nodes, *new_columns])
 
-    def exist_between(self, nodes: IntArray, parents: IntArray) -> BoolArray:
-        """Mask (n,) of the cells (n, k) with a new node between these corners."""
-        return self._number(self._key(nodes, parents)) >= self._first
+    def exist_between(self, nodes: IntArray, parents: IntArray, first: int) -> BoolArray:
+        """Mask (n,) of the cells (n, k) with a node between these corners whose number is `first` or higher."""
+        return self._number(self._key(nodes, parents)) >= first
 
     def extended_group(self, members: IntArray) -> IntArray:
         """A point group, members (k,), with the new nodes whose corners are all in it."""
@@ -152,7 +170,7 @@ def _lower_cells_on_edges(mesh: Mesh, new_nodes: _NewNodes, raised_rows: Rows, k
         on_edges = np.ones(len(nodes), bool)
         on_edges[keep.get(kind, np.zeros(0, np.int64))] = False
         for parents in target.parents:
-            on_edges &= new_nodes.exist_between(nodes, parents)
+            on_edges &= new_nodes.exist_between(nodes, parents, first=len(mesh.points))
         if on_edges.any():
             rows[kind] = np.flatnonzero(on_edges)
     return rows

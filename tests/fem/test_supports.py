@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import linalg
 from support.plate_models import EDGES, METAL, frequencies, random_rotation
 
-from femflex.fem import Member, Support, antisymmetry, build_structure, symmetry
+from femflex.fem import Material, Member, Support, antisymmetry, build_structure, symmetry
 from femflex.fem.sections import Rectangle
-from femflex.mesh import Mesh, line, rectangle
+from femflex.mesh import Mesh, box, line, rectangle
+from femflex.mesh.cells import CELL_TYPES
+from femflex.reduction import cantilever_modes
+from femflex.warning import PhysicsWarning
 
 
 @pytest.mark.parametrize(("family", "cell"), [("plate", "triangle"), ("plate_bfs", "quad")])
@@ -127,3 +133,28 @@ def test_released_end(components):
     )
     np.testing.assert_allclose(value, other, rtol=1e-6, atol=1e-10 * value[-1])
     assert (np.abs(value[: 6 + n]) < 1e-4 * value[6 + n]).all()
+
+
+@pytest.mark.parametrize(
+    ("brick", "face", "low"),
+    [("hexahedron20", "quad8", "quad"), ("hexahedron27", "quad9", "quad"), ("tetra10", "triangle6", "triangle")],
+)
+def test_group_of_corner_faces_clamps_the_middle_nodes(brick, face, low):
+    """A strip of bricks: faces of first order clamp what those of second order do; a list of corners warns."""
+    whole = box(1.0, 0.1, 0.1, 8, 1, 1, brick)
+    rows = whole.cell_groups["left"][face]
+    corners = whole.cells[face][rows][:, : CELL_TYPES[face].n_corners]
+    few = replace(whole, cells={**whole.cells, low: corners})
+    few = few.with_groups(cells={"left": {low: np.arange(len(corners))}})
+    n_middles = len(np.unique(whole.cells[face][rows])) - 4
+    listed = whole.with_groups(points={"corners": corners.ravel()})
+    steel, omega = Material(70e9, 0.3, 2700.0), []
+    for mesh, group in ((whole, "left"), (few, "left"), (listed, "corners")):
+        s = build_structure(mesh, [Member("volume", "solid", material=steel)])
+        assert any("'left' take the" in note for note in s.notes) == (mesh is few)
+        warning = pytest.warns(PhysicsWarning, match=f"'corners'.* {n_middles} middle nodes")
+        with warning if mesh is listed else nullcontext():
+            omega.append(cantilever_modes(s, group, 2).omega)
+    assert omega[1] == pytest.approx(omega[0], rel=1e-6)
+    assert omega[0][0] / (2 * np.pi) == pytest.approx(82.3, rel=0.02)  # Euler-Bernoulli
+    assert omega[2][0] < 0.95 * omega[0][0]

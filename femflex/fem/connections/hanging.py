@@ -21,11 +21,11 @@ from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.dependence import Dependence
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.connections.connection import skew
+from femflex.fem.connections.middle_nodes import MOVED_BY_NODES, led_by_middles
 from femflex.fem.plate.sides import side_table
 from femflex.mesh import Mesh
 from femflex.mesh.cells import CELL_TYPES, EDGES, FACES
 
-MOVED_BY_NODES = {"shell", "solid", "membrane"}
 BENT_BY_TURNS = {"plate", "plate_bfs"}
 OFF = 1e-6  # of an edge's length: distance beyond which a node off the edge cannot follow a solid, without rotations
 BESIDE = 1e-4  # of an edge's length: distance at which a chain of shorter edges still lies on it
@@ -145,17 +145,13 @@ def _cubic_edge(x: Array, t: float) -> tuple[Array, Array]:
 Cells = Sequence[tuple[str, str, IntArray]]
 
 
-def _led_by_middles(family: str, kind: str) -> bool:
-    return family in MOVED_BY_NODES and CELL_TYPES[kind].order == 2
-
-
 def _on_edges(mesh: Mesh, cells: Cells) -> dict[int, Leader]:
     """Middle nodes of second-order elements on edges of others without one."""
     n, leaders = len(mesh.points), {}
     edges, middles = _middles(mesh, cells)
     # shells last, as they have rotations too
     for family, kind, nodes in sorted(cells, key=lambda cell: cell[0] != "solid"):
-        if not _led_by_middles(family, kind):
+        if not led_by_middles(family, kind):
             on = np.flatnonzero(np.isin(edges, _keys(mesh, nodes[:, EDGES[CELL_TYPES[kind].shape]])))
             for key, node in zip(edges[on].tolist(), middles[on].tolist(), strict=True):
                 leaders[node] = _edge(mesh, node, key // n, key % n, family)
@@ -249,7 +245,7 @@ def _middles(mesh: Mesh, cells: Cells) -> tuple[IntArray, IntArray]:
     """Keys (k,), ascending, of the edges of elements that are moved by a node in their middle, and that node (k,)."""
     keys, middles = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
     for family, kind, nodes in cells:
-        if _led_by_middles(family, kind):
+        if led_by_middles(family, kind):
             cell = CELL_TYPES[kind]
             keys.append(_keys(mesh, nodes[:, EDGES[cell.shape]]).ravel())
             middles.append(nodes[:, cell.n_corners : cell.n_corners + len(EDGES[cell.shape])].ravel())
