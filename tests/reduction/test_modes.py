@@ -22,7 +22,9 @@ from support.reduction_examples import (
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import StiffnessSection
 from femflex.fem.sections.laminates import isotropic
+from femflex.mesh import Mesh
 from femflex.mesh.generators import line, rectangle
+from femflex.mesh.second_order import raise_order
 from femflex.reduction import (
     cantilever_modes,
     effective_mass,
@@ -34,6 +36,7 @@ from femflex.reduction import (
 )
 from femflex.reduction.boundary.rigid import rigid_shapes
 from femflex.reduction.modes.half_waves import half_wave_text, warn_of_few_elements
+from femflex.warning import PhysicsWarning
 
 
 def closed_form(roots, EI):
@@ -192,3 +195,22 @@ def test_warning_of_coarse_four_node_plates(n):
         assert error[2:].min() > 0.05 and "6 of 6 modes" in said[0] and "second order" in said[0]
     else:
         assert error.max() < 0.02 and not said[0]
+
+
+@pytest.mark.filterwarnings("ignore:shell on group")
+@pytest.mark.parametrize("share", [0.0, 0.5])
+def test_warning_of_coarse_three_node_shells(share):
+    """A strip with three-node elements, all or the half at its root, against nine-node ones: 2 % off are counted."""
+    squares, exact = rectangle(1.0, 0.2, 8, 2, "quad"), rectangle(1.0, 0.2, 16, 4, "quad9")
+    triangles = squares.cells["quad"][:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
+    groups, left = {"surface": {"triangle": np.arange(len(triangles))}}, {"left": squares.group_points("left")}
+    mesh = Mesh(squares.points, {"triangle": triangles}, groups, left)
+    mesh = raise_order(mesh, {"triangle": np.flatnonzero(mesh.points[triangles].mean(axis=1)[:, 0] > 1 - share)})
+    section = isotropic(0.004, Material(70e9, 0.3, 2700.0))
+    s, fine = (build_structure(m, [Member("surface", "shell", section)]) for m in (mesh, exact))
+    modes = cantilever_modes(s, "left", 6)
+    error = modes.omega / cantilever_modes(fine, "left", 6).omega - 1
+    with pytest.warns(PhysicsWarning, match="shell elements of type triangle:") as given:
+        warn_of_few_elements(s, modes)
+    assert error[2] > 0.3  # torsion
+    assert int(str(given[0].message).split(" of 6 modes")[0].split()[-1]) >= np.count_nonzero(error > 0.03) >= 4

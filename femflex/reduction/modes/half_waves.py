@@ -1,12 +1,13 @@
 """Number of elements in a half-wave of each mode, and a warning if it is too small for 2 % of the frequency.
 
 A wave of number k has n = pi / (k h) elements of length h in its half. In surfaces that bend, k^4 = mean kappa^2 / mean
-|u|^2 of the curvature kappa along the edges; n^-4 is the sum over both directions. In solids the ends u_1, u_2 of edges
+|u|^2 of the curvature kappa along the edges; n^-4 is the sum over both directions. Where a family has cells of several
+types, kappa is that of one type, and u that of all. In solids the ends u_1, u_2 of edges
 have mean |u_2 - u_1|^2 = 4 sin^2(k h / 2) mean |u|^2; n is that of the direction with fewest.
 
 Frequencies of four-node shells are 0.8 / n^2 to 1.1 / n^2 too high. Bricks of eight nodes and thickness t resist twist
 and double curvature besides, by a factor of 1 + (h / 5 t)^2. The numbers for other elements were found on cantilever
-plates.
+plates. Three-node shells need 10 in bending, and 12 to 16 in twist, most where all squares are cut along one diagonal.
 """
 
 from __future__ import annotations
@@ -28,8 +29,8 @@ DIRECTIONS = {
     "wedge": [[0, 1, 2, 3, 4, 5], [6, 7, 8]],
 }
 NEEDED = {  # elements in a half-wave for an error of 2 % of a frequency
-    ("shell", "quad"): 7.0, ("shell", "quad9"): 2.2, ("shell", "triangle6"): 4.8, ("solid", "hexahedron"): 6.5,
-    ("plate", "triangle"): 2.8, ("plate_bfs", "quad"): 2.0,
+    ("shell", "quad"): 7.0, ("shell", "quad9"): 2.2, ("shell", "triangle"): 16.0, ("shell", "triangle6"): 4.8,
+    ("solid", "hexahedron"): 6.5, ("plate", "triangle"): 2.8, ("plate_bfs", "quad"): 2.0,
 }  # fmt: skip
 SLENDER = 5.0  # length over thickness at which a brick of eight nodes needs 1.4 times as many
 SHARE = 0.1  # of the elements: fewer of a kind do not decide on a frequency
@@ -100,21 +101,27 @@ def _fewest(structure: Structure, modes: ModeSet) -> tuple[str, float, Array, In
         if (family, kind) in NEEDED and len(nodes) >= SHARE * count:
             turns = None if family == "solid" else theta
             needed = NEEDED[family, kind] * (_slenderness(structure, nodes) if kind == "hexahedron" else 1.0)
+            corners = [
+                part[:, : CELL_TYPES[other].n_corners].ravel()
+                for (of, other), parts in cells.items()
+                for part in parts
+                if of == family
+            ]
+            size = (u[np.concatenate(corners)] ** 2).mean(axis=0).sum(axis=0)
             found.append(
-                (f"{family} elements of type {kind}", needed, elements_per_half_wave(kind, nodes, x, u, turns))
+                (f"{family} elements of type {kind}", needed, elements_per_half_wave(kind, nodes, x, u, turns, size))
             )
     if not found:
         return None
     return *min(found, key=lambda one: (one[2] / one[1]).min()), which
 
 
-def elements_per_half_wave(kind: str, nodes: IntArray, x: Array, u: Array, theta: Array | None) -> Array:
+def elements_per_half_wave(kind: str, nodes: IntArray, x: Array, u: Array, theta: Array | None, size: Array) -> Array:
     """Elements (n,) [1] with nodes (e, k) at x (n_p, 3) in a half-wave of displacements u (n_p, 3, n) [m].
 
-    theta: rotations (n_p, 3, n) of surfaces, or None.
+    theta: rotations (n_p, 3, n) of surfaces, or None. size: mean (n,) of |u|^2 [m^2].
     """
     edges = np.array(EDGES[CELL_TYPES[kind].shape])
-    size = (u[nodes[:, : CELL_TYPES[kind].n_corners]] ** 2).mean(axis=(0, 1)).sum(axis=0)
     size = np.where(size > 0, size, 1.0)
     waves = []  # k h / pi of each direction
     for which in DIRECTIONS.get(CELL_TYPES[kind].shape, [list(range(len(edges)))]):
