@@ -66,7 +66,7 @@ def run_blocks(blocks: list[Block], folder: Path) -> None:
     names: dict[str, Any] = {"__name__": "page"}
     for block in blocks:
         if block.language == "python":
-            exec(compile(block.text, block.page, "exec"), names)
+            exec(compile(block.text, block.page, "exec", dont_inherit=True), names)  # as a user's file
         elif block.language == "toml" and block.mark.startswith("file: "):
             (folder / block.mark.removeprefix("file: ")).write_text(block.text, encoding="utf-8")
         elif block.language == "sh":
