@@ -88,6 +88,8 @@ def print_budget(result: TorqueBudget) -> None:
     from femflex.cli.tables import print_table
 
     covered = f"{result.orbits:g} orbit{'s' if result.orbits != 1 else ''}"
+    if not result.in_orbit:
+        covered = "the whole run in place of an orbit"
     if not result.whole:
         covered += ", less than one: means and momentum are those of this part"
     print(f"budget      {result.time[0]:g} to {result.time[-1]:g} s, {covered}; about the centre of mass, body axes")

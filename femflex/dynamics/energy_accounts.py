@@ -1,4 +1,4 @@
-"""Which energies a system stores, and which powers it takes or brings in."""
+"""Energies that a system stores, and powers that it takes or brings in."""
 
 from __future__ import annotations
 

@@ -21,14 +21,12 @@ from pydantic import model_validator
 from femflex.arrays import Array
 from femflex.body import FlexibleBody, LoadSet, Marker, Patches
 from femflex.body.patches import patch_marker
-from femflex.effectors.noun import EffectorNoun, NumberOrSignal
+from femflex.effectors.noun import EffectorNoun, NumberOrSignal, whole_body
 from femflex.kernels.vectors import ZERO, add, dot, load3, load9, scale, store3, turn
-from femflex.noun.problems import suggestion_text
 from femflex.noun.table import exactly_one, refuse
 from femflex.noun.values import Direction, Quantity, Vector
 from femflex.system.acting import ALONE, Context
 from femflex.system.effector import Effector
-from femflex.system.segments import Segments
 
 MASS = ".mass"  # marker of the centre of mass, which moves as the mean over the mass
 KINDS = ("pressure", "force_per_area", "force_per_length", "force_per_mass", "load_set")
@@ -106,16 +104,7 @@ class DistributedLoad(EffectorNoun, heading="distributed_loads"):
     def effector(self, name: str, context: Context = ALONE) -> Effector:
         """The Effector of that name. Raises ValueError for a body without such a group or set of loads, and for mixed
         normals."""
-        body = context.bodies.get(self.body)
-        if body is None:
-            raise ValueError(
-                f"found body {self.body!r}, which does not exist; {suggestion_text(self.body, context.bodies)}"
-            )
-        if isinstance(body, Segments):
-            raise ValueError(
-                f"body {self.body!r} is cut into segments, over which loads cannot be spread; give it without "
-                "segments, or give loads at its markers"
-            )
+        body = whole_body(context, self.body)
         axes, torques = OWN, np.zeros((0, 3))
         if self.load_set is None:
             markers, forces = self._forces_at_markers(body)

@@ -38,6 +38,7 @@ from femflex.body import FlexibleBody
 from femflex.effectors.registry import register
 from femflex.kernels.entries import ACT, Entry
 from femflex.noun.parametric import Parametric, offsets
+from femflex.noun.problems import suggestion_text
 from femflex.noun.values import Quantity, _Readable
 from femflex.system.acting import ALONE, Context
 from femflex.system.controller import Controller
@@ -197,6 +198,19 @@ class NumberOrSignal(_Readable):
     def json_schema(self) -> dict[str, Any]:
         """JSON Schema of both."""
         return {"anyOf": [self.number.json_schema(), {"type": "string", "description": "name of a signal"}]}
+
+
+def whole_body(context: Context, name: str) -> FlexibleBody:
+    """The body of that name. Raises ValueError where there is none, and for one that is cut into segments."""
+    body = context.bodies.get(name)
+    if body is None:
+        raise ValueError(f"found body {name!r}, which does not exist; {suggestion_text(name, context.bodies)}")
+    if not isinstance(body, FlexibleBody):
+        raise ValueError(
+            f"body {name!r} is cut into segments, whose surface is not that of one body; give it without segments, or "
+            "give loads at its markers"
+        )
+    return body
 
 
 def unit_direction(name: str, what: str, vector: ArrayLike) -> Array:

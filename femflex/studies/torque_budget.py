@@ -68,12 +68,14 @@ class TorqueBudget:
     time    (n_t,) [s]
     orbits  number of orbits that it covers; 1 where there is no orbit
     whole   whether that number is whole, so that means are those of orbits
+    in_orbit  whether there is an orbit
     """
 
     time: Array
     orbits: float
     whole: bool
     sources: tuple[SourceBudget, ...]
+    in_orbit: bool
 
     def secular(self, source: SourceBudget) -> Array:
         """Momentum (3,) per orbit that stays, inertial axes [N m s]."""
@@ -124,7 +126,7 @@ def torque_budget(model: Model, times: Array, states: Array, channels: Mapping[s
     sources = [source(name, [name]) for name in names]
     if len(names) > 1:
         sources.append(source("sum", names))
-    return TorqueBudget(times, orbits, whole, tuple(sources))
+    return TorqueBudget(times, orbits, whole, tuple(sources), system.orbit is not None)
 
 
 def source_names(system: System) -> list[str]:

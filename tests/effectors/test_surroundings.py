@@ -199,9 +199,9 @@ def test_light_follows_a_bent_panel():
     x = np.linspace(0.0, length, 4001)
     x = (x[1:] + x[:-1]) / 2
     k, sigma = 1.8751040687119611 / length, 0.7340955137589128
-    shape = lambda x: np.cosh(k * x) - np.cos(k * x) - sigma * (np.sinh(k * x) - np.sin(k * x))  # noqa: E731
+    at_tip = np.cosh(k * length) - np.cos(k * length) - sigma * (np.sinh(k * length) - np.sin(k * length))
     slope = k * (np.sinh(k * x) + np.sin(k * x) - sigma * (np.cosh(k * x) - np.cos(k * x)))
-    angle = slope * tip / shape(length)
+    angle = slope * tip / at_tip
     n = np.stack([-np.sin(angle), 0 * x, np.cos(angle)], axis=1)
     s = np.array([0.6, 0.0, 0.8])
     c = n @ s

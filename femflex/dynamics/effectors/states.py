@@ -1,4 +1,4 @@
-"""What effectors and controllers say of themselves: angular momentum, events, and sensors that are no channels."""
+"""Statements of effectors and controllers: angular momentum, events, and sensors that are no channels."""
 
 from __future__ import annotations
 

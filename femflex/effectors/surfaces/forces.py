@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -33,19 +33,18 @@ class SurfaceForce(EffectorNoun):
     accounts = ("supplied",)
     exerts = ("force", "torque")
     writes_all = True
-    numbers_of_facet: ClassVar[int] = 0
 
+    @abstractmethod
     def sources(self, context: Context) -> tuple[str, ...]:
         """Inputs of its function. Raises ValueError for a surrounding that does not exist."""
-        raise NotImplementedError
 
     def head(self) -> ArrayLike:
         """Four numbers of the force."""
         return np.zeros(4)
 
+    @abstractmethod
     def facet_numbers(self, facet: Facet) -> ArrayLike:
         """Numbers (n,) that the force needs of a facet."""
-        raise NotImplementedError
 
     def effectors(self, name: str, context: Context = ALONE) -> Sequence[Effector | Controller]:
         """One effector for each body, named after both. Raises ValueError for a body without a surface."""

@@ -17,7 +17,7 @@ from pydantic import model_validator
 from femflex.arrays import Array
 from femflex.body import FlexibleBody, Skin
 from femflex.body.patches import patch_marker
-from femflex.effectors.noun import EffectorNoun
+from femflex.effectors.noun import EffectorNoun, whole_body
 from femflex.effectors.surfaces.materials import CATALOGUE, Optical, SideProperties
 from femflex.noun.problems import suggestion_text
 from femflex.noun.table import refuse
@@ -25,7 +25,6 @@ from femflex.noun.values import Quantity
 from femflex.system.acting import ALONE, Context
 from femflex.system.controller import Controller
 from femflex.system.effector import Effector
-from femflex.system.segments import Segments
 
 FLAT, TUBE = 0.0, 1.0
 SAME = 1e-6  # difference of normals, and of distances over the extent, of facets in one plane
@@ -85,15 +84,7 @@ class Surface(EffectorNoun, heading="surfaces"):
 
     def facets(self, context: Context) -> dict[str, list[Facet]]:
         """Marker of the body -> the facets that move with it. Raises ValueError."""
-        body = context.bodies.get(self.body)
-        if body is None:
-            raise ValueError(
-                f"found body {self.body!r}, which does not exist; {suggestion_text(self.body, context.bodies)}"
-            )
-        if isinstance(body, Segments):
-            raise ValueError(
-                f"body {self.body!r} is cut into segments, which have no surface; give it without segments"
-            )
+        body = whole_body(context, self.body)
         front, back = _side_properties(self.front), None if self.back is None else _side_properties(self.back)
         if not body.n_shapes:
             return {"origin": list(_facets_of_skin(self.body, body, front))}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import replace
 from typing import ClassVar
 
@@ -42,9 +43,9 @@ class Surrounding(EffectorNoun):
         """None but those of `constants`."""
         return np.zeros(0)
 
+    @abstractmethod
     def constants(self, name: str, context: Context) -> Array:
         """Numbers of its function (n,). Raises ValueError."""
-        raise NotImplementedError
 
 
 def epoch_of(context: Context, what: str) -> float:
