@@ -233,7 +233,7 @@ def _can_rotate(system: System, name: str | None) -> bool:
 def motion_extents(estimate: MotionEstimate, origins: BodyOrigins) -> dict[str, MotionExtent]:
     """Stiffening, rates and deflections of each elastic body in a preliminary motion."""
     model, system = estimate.model, estimate.model.system
-    channels = model.observe(estimate.times, estimate.rigid_states)
+    channels = model.observation(estimate.times, estimate.rigid_states)
     gains = OmittedStiffness(system).gains(channels)
     extents = {}
     for watch, initial_watch in zip(deflection_watches(model), deflection_watches(model), strict=True):

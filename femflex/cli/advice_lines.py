@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from femflex.cli.tables import print_folded
 
@@ -11,10 +13,13 @@ if TYPE_CHECKING:
     from femflex.pipeline.decisions import ResolvedCase
 
 
-def print_notes(notes: Mapping[str, str]) -> None:
-    """Print the notes, a folded line for each body that has one."""
+Verbose = Annotated[bool, typer.Option("-v", "--verbose", help="Print also tables of detail and reasons of choices.")]
+
+
+def print_notes(notes: Mapping[str, str], verbose: bool) -> None:
+    """Print the notes in a verbose output, a folded line for each body that has one."""
     for name, note in notes.items():
-        if note:
+        if note and verbose:
             print_folded(f"body        {name}: {note}")
 
 

@@ -85,14 +85,15 @@ def print_budget(result: TorqueBudget) -> None:
     """Print the table of a budget."""
     import numpy as np
 
-    from femflex.cli.tables import print_table
+    from femflex.cli.tables import print_folded, print_table
 
     covered = f"{result.orbits:g} orbit{'s' if result.orbits != 1 else ''}"
     if not result.in_orbit:
         covered = "the whole run in place of an orbit"
     if not result.whole:
         covered += ", less than one: means and momentum are those of this part"
-    print(f"budget      {result.time[0]:g} to {result.time[-1]:g} s, {covered}; about the centre of mass, body axes")
+    span = f"{result.time[0]:g} to {result.time[-1]:g} s"
+    print_folded(f"budget      {span}, {covered}; about the centre of mass, body axes")
     heads: list[str] = ["source", "mean x, N m", "mean y, N m", "mean z, N m", "largest, N m"]
     heads += ["secular per orbit, N m s", "cyclic, N m s", "mean force, N", "by deformation, N m"]
     rows = [

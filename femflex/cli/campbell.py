@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from femflex.cli.advice_lines import print_notes, strain_data
+from femflex.cli.advice_lines import Verbose, print_notes, strain_data
 from femflex.cli.campbell_report import print_campbell, write_table
 from femflex.cli.outputs import DIAGRAM_SUFFIXES, PICTURE, TABLE, outputs
 from femflex.cli.progress import Bar, Patience
-from femflex.cli.tables import print_json
+from femflex.cli.tables import print_folded, print_json
 from femflex.cli.times import read_seconds
 from femflex.cli.verb import print_error, verb
 
@@ -53,6 +53,7 @@ def campbell(
     ] = None,
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
+    verbose: Verbose = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
 ) -> None:
     """Frequencies, damping and stability of a craft over its speed of spin, or another value: the Campbell diagram.
@@ -86,7 +87,7 @@ def campbell(
         axis_of(parsed_case)  # reported before the bodies are built
         resolved = resolve_campbell_case(parsed_case)
     if not as_json:
-        print_notes(resolved.notes)
+        print_notes(resolved.notes, verbose)
     diagram, stopped = computed_diagram(parsed_case, time, resolved)
     if diagram is not None:
         diagram_outputs.report(parsed_case, diagram, {"bodies": strain_data(resolved)} if as_json else None)
@@ -257,7 +258,7 @@ class CampbellOutputs:
                 print(f"{name:11} {path}")
         if diagram.complete and not as_json:
             for verdict in diagram_verdicts(case, diagram):
-                print(f"expected    {verdict}")
+                print_folded(f"expected    {verdict}")
 
     def files(self, diagram: Campbell, scale: float, unit: str) -> list[tuple[str, Path]]:
         """Write the requested files; return the kind and the path of each."""

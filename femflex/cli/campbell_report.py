@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from femflex.cli.tables import print_table
+from femflex.cli.tables import print_folded, print_table
 
 if TYPE_CHECKING:
     from femflex.studies.campbell import Branch, Campbell
@@ -40,7 +40,7 @@ def print_campbell(diagram: Campbell, scale: float, unit: str) -> None:
         print(f"followed    through {between} additional {noun}, where mode shapes change fast")
     for branch in diagram.branches:
         if branch.final_character:
-            print(f"branch      {branch.name} ends as {branch.final_character}")
+            print_folded(f"branch      {branch.name} ends as {branch.final_character}")
     if diagram.critical:
         print(
             f"critical    {', '.join(f'{speed / scale:.6g}' for speed in diagram.critical)} {unit}: the stiffness is "
@@ -53,12 +53,13 @@ def print_campbell(diagram: Campbell, scale: float, unit: str) -> None:
         if len(grows):
             k, time = branch.fastest
             fastest = f"fastest at {diagram.speeds[k] / scale:.6g} {unit}, by a factor e in {time:.4g} s"
-            print(f"unstable    {branch.name} grows from {diagram.speeds[grows[0]] / scale:.6g} {unit} on, {fastest}")
+            start = f"{diagram.speeds[grows[0]] / scale:.6g} {unit}"
+            print_folded(f"unstable    {branch.name} grows from {start} on, {fastest}")
     if not any(branch.growing.any() for branch in diagram.branches):
-        print(f"stability   stable: no motion grows at any of these {noun}")
-    print(f"growth      {growth_rule()}")
+        print_folded(f"stability   stable: no motion grows at any of these {noun}")
+    print_folded(f"growth      {growth_rule()}")
     if diagram.rigid:
-        print(f"rigid       {', '.join(diagram.rigid)}: neither grow nor decay, and are no branches")
+        print_folded(f"rigid       {', '.join(diagram.rigid)}: neither grow nor decay, and are no branches")
 
 
 def print_crossings(diagram: Campbell, scale: float, unit: str) -> None:

@@ -70,10 +70,8 @@ def converge(
         case_with_strain, notes = with_strain_notes(parsed_case)
         check_studies(case_with_strain, varied)
     findings: list[Convergence | StrainStudy | FunctionStudy] = []
-    for k, word in enumerate(varied or ["modes"]):
+    for word in varied or ["modes"]:
         study, names, stopped = run_study(parsed_case, word, numbers, tolerance)
-        if k == 0:
-            study_outputs.print_body_notes(notes)  # what cannot be studied is refused before anything is printed
         if study is not None:
             findings.append(study)
             study_outputs.print_finding(study)

@@ -8,7 +8,6 @@ from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
-from femflex.cli.advice_lines import print_notes
 from femflex.cli.tables import print_json, print_table
 
 if TYPE_CHECKING:
@@ -44,11 +43,6 @@ class StudyOutputs:
             theme_of(self.theme)
             check_kind(self.picture)
             check_destination(self.picture, self.force)
-
-    def print_body_notes(self, notes: Mapping[str, str]) -> None:
-        """Print why bodies have the strain they have, if the case does not say it."""
-        if not self.as_json:
-            print_notes(notes)
 
     def print_finding(self, study: Finding) -> None:
         """Print the result of one study as soon as it is done."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from femflex.cli.advice_lines import print_notes, strain_data
 from femflex.cli.progress import Bar, Patience
-from femflex.cli.tables import print_json, print_table
+from femflex.cli.tables import print_folded, print_json, print_table
 
 if TYPE_CHECKING:
     from femflex.case import Case
@@ -70,7 +70,9 @@ def caption(modes: SystemModes, mode: int) -> str:
     return f"{mode} · {modes.names[mode - 1]} · {frequency:.4g} Hz{growing}"
 
 
-def craft_modes(file: Path, at: float | None, number: int | None, drawing: Drawing, as_json: bool) -> None:
+def craft_modes(
+    file: Path, at: float | None, number: int | None, drawing: Drawing, verbose: bool, as_json: bool
+) -> None:
     """Find, print and draw the modes of the craft of a case."""
     drawing.check()
     with Patience("building bodies and solving for the modes"):
@@ -85,7 +87,7 @@ def craft_modes(file: Path, at: float | None, number: int | None, drawing: Drawi
         print_json(modes.to_dict() | {"bodies": strain_data(resolved)})
         return
     print(case.title or file.name)
-    print_notes(resolved.notes)
+    print_notes(resolved.notes, verbose)
     print_modes(case, modes, number)
     for kind, path in files:
         print(f"{kind:11} {path}")
@@ -110,17 +112,18 @@ def print_modes(case: Case, modes: SystemModes, number: int | None) -> None:
     if modes.growing[:count].any():
         print("*           the motion grows")
     if note := damping_note(case, modes):
-        print(f"damping     {note}")
-    print(f"about       {frame_text(modes.about)}")
+        print_folded(f"damping     {note}")
+    print_folded(f"about       {frame_text(modes.about)}")
     for line in length_lines(modes.about):
-        print(line)
+        print_folded(line)
     if modes.left_out:
-        print(f"left out    {', '.join(modes.left_out)}. Time-varying loads are ignored here; --at TIME freezes them")
+        names_text = ", ".join(modes.left_out)
+        print_folded(f"left out    {names_text}. Time-varying loads are ignored here; --at TIME freezes them")
     if modes.held:
-        print(f"held        commands of the sampled controllers {', '.join(modes.held)}: their loops are open")
+        print_folded(f"held        commands of the sampled controllers {', '.join(modes.held)}: their loops are open")
     print_stability(modes.about)
     for verdict in mode_verdicts(case, modes):
-        print(f"expected    {verdict}")
+        print_folded(f"expected    {verdict}")
 
 
 def damping_note(case: Case, modes: SystemModes) -> str:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from femflex.cli.advice_lines import print_notes, strain_data
+from femflex.cli.advice_lines import Verbose, print_notes, strain_data
 from femflex.cli.progress import Patience
-from femflex.cli.tables import print_json, print_table
+from femflex.cli.tables import print_folded, print_json, print_table
 from femflex.cli.times import read_seconds
 from femflex.cli.verb import verb
 
@@ -36,6 +36,7 @@ def equilibrium(
         typer.Option("--stable", help="From an unstable equilibrium, follow the growing motion to a stable one."),
     ] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
+    verbose: Verbose = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
 ) -> None:
     """Find the equilibrium nearest to a case's initial state, and whether it is stable with the damping of the case.
@@ -71,7 +72,7 @@ def equilibrium(
         print_json(equilibrium_data(state) | {"bodies": strain_data(resolved)})
         return
     print(parsed_case.title or case.name)
-    print_notes(resolved.notes)
+    print_notes(resolved.notes, verbose)
     print_equilibrium(state)
     if output is not None:
         print(f"kept        {output}")
@@ -99,13 +100,13 @@ def print_equilibrium(state: Equilibrium) -> None:
             for label, position in marker_positions(state).items()
         ],
     )
-    print(f"frame       {frame_text(state)}")
+    print_folded(f"frame       {frame_text(state)}")
     for line in length_lines(state):
-        print(line)
-    print(f"residual    {state.residual:.2e} of the largest force, after {state.iterations} iterations")
+        print_folded(line)
+    print_folded(f"residual    {state.residual:.2e} of the largest force, after {state.iterations} iterations")
     for name, loop in loop_forces(state).items():
         force, torque = (math.hypot(*loop[key]) for key in ("force", "torque"))
-        print(f"loop        {name} carries {force:.6g} N and {torque:.6g} N m")
+        print_folded(f"loop        {name} carries {force:.6g} N and {torque:.6g} N m")
     if state.model.constraints is not None:
         print(f"loops       closed to {state.gap:.1e} m")
     if state.left is not None:
@@ -117,17 +118,17 @@ def print_equilibrium(state: Equilibrium) -> None:
 
 def print_stability(state: Equilibrium) -> None:
     """Print the verdict, the growth rate and its threshold, and the rigid-body motions that neither grow nor decay."""
-    print(f"stability   {state.verdict}")
+    print_folded(f"stability   {state.verdict}")
     if len(state.eigenvalues):
         from femflex.dynamics.equilibria.small_motions import growth_rule
 
-        print(f"growth      largest growth rate {state.growth:.3g} 1/s; {growth_rule()}")
+        print_folded(f"growth      largest growth rate {state.growth:.3g} 1/s; {growth_rule()}")
     if state.share == 1.0 and state.motions.known:
         counts: dict[str, int] = {}
         for motion in state.motions.known:
             counts[motion.name] = counts.get(motion.name, 0) + 1
         names = [name + f" ({count} directions)" * (count > 1) for name, count in counts.items()]
-        print(f"rigid       {', '.join(names)}: neither grow nor decay")
+        print_folded(f"rigid       {', '.join(names)}: neither grow nor decay")
 
 
 def marker_positions(state: Equilibrium) -> dict[str, dict[str, Any]]:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from femflex.cli.advice_lines import print_notes
+from femflex.cli.advice_lines import Verbose, print_notes
 from femflex.cli.outputs import DIAGRAM_SUFFIXES, PICTURE, outputs
 from femflex.cli.progress import Patience
-from femflex.cli.tables import print_json, print_table
+from femflex.cli.tables import print_folded, print_json, print_table
 from femflex.cli.times import read_seconds
 from femflex.cli.verb import verb
 
@@ -67,6 +67,7 @@ def linearize(
     ] = None,
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
+    verbose: Verbose = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
 ) -> None:
     """Make the linear model of a craft: state space with named inputs and outputs, poles, frequency response.
@@ -107,8 +108,8 @@ def linearize(
         print_json(data)
         return
     print(parsed_case.title or case.name)
-    print_notes(resolved.notes)
-    print_model(model, reduced_model, data)
+    print_notes(resolved.notes, verbose)
+    print_model(model, reduced_model, data, verbose)
     for kind, path in written_files:
         print(f"{kind:11} {path}")
 
@@ -167,37 +168,39 @@ def model_data(model: LinearModel, reduced_model: StateSpace, zeros: bool) -> di
     return data
 
 
-def print_model(model: LinearModel, reduced_model: StateSpace, data: dict[str, Any]) -> None:
-    """Print the poles, the inputs and outputs, and the state about which the model is linear."""
+def print_model(model: LinearModel, reduced_model: StateSpace, data: dict[str, Any], verbose: bool) -> None:
+    """Print the poles, verbose: with their participation, the inputs and outputs, and the state that it is about."""
     from femflex.cli.equilibrium import frame_text, length_lines, print_stability
 
     rows = [
         [
             pole["name"], f"{pole['real']:.6g}", f"{pole['imag']:.6g}", f"{pole['frequency_hz']:.6g}",
             f"{pole['damping_ratio']:.4g}",
-            ", ".join(f"{name} {100 * share:.0f} %" for name, share in list(pole["participation"].items())[:PARTS]),
+            *[", ".join(f"{name} {100 * share:.0f} %" for name, share in list(pole["participation"].items())[:PARTS])]
+            * verbose,
         ]
         for pole in data["poles"][:SHOWN]
     ]  # fmt: skip
-    print_table(["pole", "real, 1/s", "imaginary, 1/s", "Hz", "damping ratio", "participation"], rows)
+    print_table(["pole", "real, 1/s", "imaginary, 1/s", "Hz", "damping ratio", *["participation"] * verbose], rows)
     if len(data["poles"]) > SHOWN:
         print(f"and {len(data['poles']) - SHOWN} poles above, which --json lists\n")
     if "zeros" in data:
         print_table(["zero, real, 1/s", "imaginary, 1/s"], [[f"{re:.6g}", f"{im:.6g}"] for re, im in data["zeros"]])
-    print(f"states      {len(reduced_model.states)}, of {len(model.states)}")
+    print_folded(f"states      {len(reduced_model.states)}, of {len(model.states)}")
     for key in ("inputs", "outputs"):
         names = [entry["name"] for entry in data[key]]
         more_text = f" and {len(names) - SHOWN} more, which --json lists" if len(names) > SHOWN else ""
-        print(f"{key:11} {', '.join(names[:SHOWN]) or 'none'}{more_text}")
+        print_folded(f"{key:11} {', '.join(names[:SHOWN]) or 'none'}{more_text}")
     hankel = getattr(reduced_model, "hankel", ())
     if len(hankel):
         print(f"error       below {reduced_model.bound:.4g}, as largest singular value")  # type: ignore[attr-defined]
     if model.about is None:
-        print(f"about       the state at {model.t:.9g} s")
+        print_folded(f"about       the state at {model.t:.9g} s")
         return
-    print(f"about       {frame_text(model.about)}")
+    print_folded(f"about       {frame_text(model.about)}")
     for line in length_lines(model.about):
-        print(line)
+        print_folded(line)
     if model.left_out:
-        print(f"left out    {', '.join(model.left_out)}. Time-varying loads are ignored here; --at TIME freezes them")
+        names_text = ", ".join(model.left_out)
+        print_folded(f"left out    {names_text}. Time-varying loads are ignored here; --at TIME freezes them")
     print_stability(model.about)

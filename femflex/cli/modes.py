@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from femflex.cli.advice_lines import Verbose, print_notes
 from femflex.cli.backbone import backbone_data, print_backbone, read_lengths
 from femflex.cli.outputs import MOVIE, PICTURE, outputs
 from femflex.cli.progress import Patience
@@ -56,6 +57,7 @@ def modes(
         str | None,
         typer.Option("--backbone", help='Rising amplitudes, "1 mm, 5 mm": frequency of the lowest mode at each.'),
     ] = None,
+    verbose: Verbose = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
 ) -> None:
     """Print the natural modes of a craft about its equilibrium, or those of single bodies.
@@ -74,7 +76,7 @@ def modes(
     if not of_bodies:
         from femflex.cli.craft_modes import Drawing, craft_modes
 
-        return craft_modes(file, time, number, Drawing(picture, movie, mode, force), as_json)
+        return craft_modes(file, time, number, Drawing(picture, movie, mode, force), verbose, as_json)
     if movie is not None or mode is not None or at is not None:
         raise ValueError("movies, --mode and --at are for the modes of a craft; leave --body and its options out")
     amplitudes = None if backbone is None else read_lengths(backbone)
@@ -102,11 +104,8 @@ def modes(
         return
     for k, (names, flexible_body) in enumerate(group_equal_bodies(bodies)):
         print("\n" * (k > 0), end="")
-        print_modes(names, flexible_body)
-        for note in dict.fromkeys(
-            notes[name] for name, body in bodies.items() if body is flexible_body and name in notes
-        ):
-            print(note)
+        print_modes(names, flexible_body, verbose)
+        print_notes({name: notes[name] for name, b in bodies.items() if b is flexible_body and name in notes}, verbose)
         if compared_body is not None:
             print_mac(flexible_body, compared_body, str(mac))
         if amplitudes is not None:
@@ -157,8 +156,8 @@ def _joined(names: list[str]) -> str:
     return ", ".join(names) if len(names) <= 3 else f"{names[0]} to {names[-1]}, {len(names)} bodies"
 
 
-def print_modes(name: str, body: FlexibleBody) -> None:
-    """Print the table of a body's modes."""
+def print_modes(name: str, body: FlexibleBody, verbose: bool) -> None:
+    """Print the effective masses of a body's modes; verbose: with their running sums, and the participation."""
     from math import pi
 
     import numpy as np
@@ -166,28 +165,29 @@ def print_modes(name: str, body: FlexibleBody) -> None:
     from femflex.reduction import effective_mass
 
     masses, form, n = effective_mass(body), body.strain_form, body.n_modes
-    strain = "" if form == "linear" else f"{form} strain; "
+    strain = "" if form == "linear" else f"; {form} strain"
     each_text = " each" if ", " in name else ""
     print(
         f"{name}: {body.moments.mass:.6g} kg{each_text}, {n} elastic coordinates"
-        f"{kind_counts(body.kinds[:n])}{dependent_count(body)}; {strain}"
-        "participation in kg^1/2 and kg^1/2 m"
+        f"{kind_counts(body.kinds[:n])}{dependent_count(body)}{strain}"
     )
-    kinds = masses.kinds if len(set(masses.kinds)) > 1 else ()
-    print_table(
-        ["mode", "Hz", *DIRECTIONS, *["kind"] * bool(kinds)],
-        [
-            [str(k + 1), f"{omega / (2 * pi):.6g}", *(f"{p + 0.0:.4f}" for p in np.round(row, 4)), *kinds[k : k + 1]]
-            for k, (omega, row) in enumerate(zip(masses.omega, masses.participation, strict=True))
-        ],
-    )
-    rows = []
-    for k, omega in enumerate(masses.omega):
-        share = np.divide(masses.effective[k], masses.total, out=np.zeros(6), where=masses.total > 0)
-        cells = [f"{100 * s:.2f} ({100 * r:.2f})" for s, r in zip(share, masses.running[k], strict=True)]
-        rows.append([str(k + 1), f"{omega / (2 * pi):.6g}", *cells])
-    print("effective mass in % of the body's mass and inertia (running sum)")
-    print_table(["mode", "Hz", *DIRECTIONS], rows)
+    numbers = [[str(k + 1), f"{omega / (2 * pi):.6g}"] for k, omega in enumerate(masses.omega)]
+    kinds = [[kind] if len(set(masses.kinds)) > 1 else [] for kind in masses.kinds]
+    heads = ["mode", "Hz", *DIRECTIONS, *["kind"] * any(kinds)]
+    shares = 100.0 * np.divide(masses.effective, masses.total, out=np.zeros((n, 6)), where=masses.total > 0)
+    sums = 100.0 * masses.running
+    if verbose:
+        print("participation in kg^1/2 and kg^1/2 m")
+        cells = [[f"{p + 0.0:.4f}" for p in np.round(row, 4)] for row in masses.participation]
+        print_table(heads, [[*a, *b, *c] for a, b, c in zip(numbers, cells, kinds, strict=True)])
+        cells = [[f"{s:.2f} ({r:.2f})" for s, r in zip(*rows, strict=True)] for rows in zip(shares, sums, strict=True)]
+        print("effective mass in % of the body's mass and inertia (running sum)")
+        print_table(heads[:8], [[*a, *b] for a, b in zip(numbers, cells, strict=True)])
+        return
+    print("effective mass in % of the body's mass and inertia")
+    rows = [[*a, *(f"{s:.2f}" for s in row), *c] for a, row, c in zip(numbers, shares, kinds, strict=True)]
+    rows.append(["sum", "", *(f"{r:.2f}" for r in sums[-1]), *[""] * any(kinds)])
+    print_table(heads, rows)
 
 
 def kind_counts(kinds: tuple[str, ...]) -> str:

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from femflex.cli.progress import Patience
+from femflex.cli.tables import print_folded
 from femflex.cli.verb import verb
 
 
@@ -65,9 +66,10 @@ def new(
             draft.write_text(schema_text(), encoding="utf-8")
         print(f"schema      {schema}, for editors")
     if facts is not None:
-        print(f"deck        {facts.file}, {facts.solver}, {facts.units}: {facts.mass:.4g} kg, {facts.extent:.4g} m")
+        size = f"{facts.mass:.4g} kg, {facts.extent:.4g} m"
+        print_folded(f"deck        {facts.file}, {facts.solver}, {facts.units}: {size}")
         if facts.frequencies:
             print(f"modes       {', '.join(f'{f:.4g}' for f in facts.frequencies)} Hz")
     for note in notes:
-        print(f"look at     {note}")
+        print_folded(f"look at     {note}")
     print(f"next        femflex check {target}")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from femflex.cli.advice_lines import Verbose
 from femflex.cli.names import listed_names
 from femflex.cli.progress import Bar, Patience
 from femflex.cli.run_report import print_modes_verdicts, print_run_heading, print_run_summary, print_verdicts
@@ -39,9 +40,7 @@ def run(
         typer.Option("--linearised", help="Solve the linear equations about the equilibrium, or along a deployment."),
     ] = False,
     no_pictures: Annotated[bool, typer.Option("--no-pictures", help="Draw none of the pictures of the case.")] = False,
-    verbose: Annotated[
-        bool, typer.Option("-v", "--verbose", help="Print tables of modes, and the reasons of choices.")
-    ] = False,
+    verbose: Verbose = False,
 ) -> None:
     """Simulate a case: mesh to modes to motion to HDF5, with the pictures and the \\[campbell] of the case.
 

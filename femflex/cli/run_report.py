@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from femflex.cli.tables import print_folded
+
 if TYPE_CHECKING:
     from femflex.arrays import BoolArray
     from femflex.body import FlexibleBody
@@ -33,29 +35,31 @@ def print_run_heading(prepared: Prepared, verbose: bool) -> None:
     for names, body in group_equal_bodies(unsegmented):
         if verbose:
             print()
-            print_modes(names, body)
+            print_modes(names, body, verbose)
         else:
-            print(f"body        {names}: {body.n_modes} coordinates{_frequency_range(body)}, {body.strain_form} strain")
+            size = f"{body.n_modes} coordinates{_frequency_range(body)}"
+            print_folded(f"body        {names}: {size}, {body.strain_form} strain")
     if verbose:
         print()
     for name, segment_names in system.segments.items():
         count = system.bodies[segment_names[0]].n_modes
-        print(f"body        {name} is cut into {len(segment_names)} segments of {count} elastic coordinates each")
+        size = f"{len(segment_names)} segments of {count} elastic coordinates each"
+        print_folded(f"body        {name} is cut into {size}")
     if verbose:
         if "nonlinear_strain" not in prepared.model.omitted:
-            print_notes(prepared.resolved.notes)
+            print_notes(prepared.resolved.notes, verbose)
         for line in craft_notes(case):
-            print(f"craft       {line}")
+            print_folded(f"craft       {line}")
     for line in (*_orbit_lines(prepared), _attitude_line(prepared)):
         print(line)
     step = f"{len(prepared.times)} rows to {prepared.times[-1]:.6g} s"
     name = prepared.integrator.name
-    print(f"integrator  {prepared.reason if verbose else f'{name} ({KINDS[name]})' if name in KINDS else name}")
+    print_folded(f"integrator  {prepared.reason if verbose else f'{name} ({KINDS[name]})' if name in KINDS else name}")
     print_tolerances(prepared)
     if (constraints := prepared.model.constraints) is not None:
-        print(f"constraints {constraints.text(0.0, prepared.model.x0)}")
+        print_folded(f"constraints {constraints.text(0.0, prepared.model.x0)}")
         for misfit in prepared.absorbed_misfits:
-            print(f"constraints {misfit}")
+            print_folded(f"constraints {misfit}")
         print_moved_start(prepared)
     print(f"output      {step}")
 
@@ -84,7 +88,7 @@ def print_tolerances(prepared: Prepared) -> None:
         if (of_u == kind).any()
     ]
     source = "as requested" if method.atol is not None else "by the energy of the motion"
-    print(f"tolerances  relative {method.rtol:.1e}; absolute, {source}: {', '.join(texts)}")
+    print_folded(f"tolerances  relative {method.rtol:.1e}; absolute, {source}: {', '.join(texts)}")
 
 
 def print_moved_start(prepared: Prepared) -> None:
@@ -94,7 +98,7 @@ def print_moved_start(prepared: Prepared) -> None:
     if len(changes) > MOVED:
         text += f", and {len(changes) - MOVED} more (all in the file's attribute `start_moved`)"
     if changes:
-        print(f"start       made consistent: {text}")
+        print_folded(f"start       made consistent: {text}")
 
 
 def _orbit_lines(prepared: Prepared) -> list[str]:
@@ -171,9 +175,9 @@ def print_run_summary(run: Run, system: System, output: Path) -> None:
         print(change_line(run, path))
     if "monitors/constraint_position" in run:
         gap, speed = (float(run[f"monitors/constraint_{quantity}"].max()) for quantity in ("position", "velocity"))
-        print(f"monitor     constraint largest gap {gap:.3e} m, largest velocity residual {speed:.3e} m/s")
+        print_folded(f"monitor     constraint largest gap {gap:.3e} m, largest velocity residual {speed:.3e} m/s")
     if (norm := "monitors/quaternion_norm") in run:
-        print(f"monitor     largest quaternion norm error {np.abs(run[norm]).max():.2e}")
+        print_folded(f"monitor     largest quaternion norm error {np.abs(run[norm]).max():.2e}")
 
 
 def change_line(run: Run, path: str) -> str:
@@ -280,7 +284,7 @@ def print_verdicts(case: Case, run: Run) -> list[str]:
 
     verdicts = run_verdicts(case, run)
     for verdict in verdicts:
-        print(f"expected    {verdict}")
+        print_folded(f"expected    {verdict}")
     return [verdict.name for verdict in verdicts if not verdict.holds]
 
 
@@ -293,5 +297,5 @@ def print_modes_verdicts(case: Case) -> list[str]:
         return []
     verdicts = mode_verdicts(case, case_modes(case))
     for verdict in verdicts:
-        print(f"expected    {verdict}")
+        print_folded(f"expected    {verdict}")
     return [verdict.name for verdict in verdicts if not verdict.holds]

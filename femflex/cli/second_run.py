@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from femflex.cli.progress import Bar
+from femflex.cli.tables import print_folded
 
 if TYPE_CHECKING:
     from femflex.case import Case
@@ -59,6 +60,6 @@ def second_run(case: Case, output: Path, force: bool) -> Iterator[Run | None]:
             pipeline.integrate(prepared, path, force=force, progress=bar)
         except IntegrationError as error:
             text = f"stopped at t = {error.t:.6g} s, where it diverges"
-    print(f"compared    {difference}: {path} {text}")
+    print_folded(f"compared    {difference}: {path} {text}")
     with open_run(path) as run:
         yield run

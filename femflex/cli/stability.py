@@ -10,7 +10,7 @@ import typer
 from femflex.cli.names import listed_names
 from femflex.cli.outputs import DIAGRAM_SUFFIXES, PICTURE, TABLE, outputs
 from femflex.cli.progress import Bar
-from femflex.cli.tables import print_json, print_table
+from femflex.cli.tables import print_folded, print_json, print_table
 from femflex.cli.times import read_seconds
 from femflex.cli.verb import verb
 
@@ -151,10 +151,10 @@ def print_locus(locus: Locus) -> None:
     print_table([f"{locus.name} {locus.unit}".strip(), "growth, 1/s", "stability"], rows)
     names = list(dict.fromkeys(name for name in locus.names if name))
     if names:
-        print(f"branches    {', '.join(names)}, named at the first value")
+        print_folded(f"branches    {', '.join(names)}, named at the first value")
     if locus.trivial:
         count = len(locus.trivial)
-        print(f"trivial     {count} multipliers are 1: {', '.join(locus.trivial)}")
+        print_folded(f"trivial     {count} multipliers are 1: {', '.join(locus.trivial)}")
         print(f"split       multipliers 1 are found within {locus.split:.2g}: rounding separates double eigenvalues")
     if locus.lost is not None:
         print(
@@ -162,7 +162,7 @@ def print_locus(locus: Locus) -> None:
             + "; values beyond are not looked at"
         )
     changes = ", ".join(f"{value:.8g}" for value in locus.critical)
-    print(f"changes     {changes} {locus.unit}".rstrip() if changes else "changes     nowhere")
+    print_folded(f"changes     {changes} {locus.unit}".rstrip() if changes else "changes     nowhere")
 
 
 def print_chart(chart: Chart) -> None:
@@ -174,7 +174,7 @@ def print_chart(chart: Chart) -> None:
     print_table(["region", "of the points"], rows)
     lines = [f"{KINDS[a]} | {KINDS[b]}: {len(points)} points" for a, b, points in chart.boundaries]
     for line in lines or ["none"]:
-        print(f"boundary    {line}")
+        print_folded(f"boundary    {line}")
     error = " and ".join(f"{size:.2g} {unit}".strip() for size, unit in zip(chart.error, chart.units, strict=True))
     print(f"traced      to within {error}")
 

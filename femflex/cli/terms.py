@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from femflex.cli.advice_lines import print_notes
 from femflex.cli.progress import Patience
 from femflex.cli.times import read_seconds
 from femflex.cli.verb import verb
@@ -57,7 +56,6 @@ def terms(
     if keep and (start is not None or end is not None):
         raise ValueError("--keep keeps the terms of the whole run; leave out --from and --to")
     span = read_seconds(start, "--from"), read_seconds(end, "--to")
-    from femflex.advice import advice_from, notes_of
     from femflex.pipeline import rebuilt
     from femflex.results import FileLock, open_run
     from femflex.studies.explain import explain, selected_coordinates
@@ -76,7 +74,6 @@ def terms(
         if json:
             print_term_json(run.without, explanation, coordinates)
         else:
-            print_notes(notes_of(advice_from(str(run.attributes.get("advice", "[]")))))
             print_term_tables(run.without, explanation, coordinates)
         if output is not None:
             from femflex.view.terms import CoordinateTerms, plot_terms

@@ -22,14 +22,12 @@ from femflex.deployment.skin import deployed_skin
 from femflex.deployment.strip import DeployingStrip, StripFunctions, StripShapes
 from femflex.deployment.table import DeployingParts, deploying_variation
 from femflex.deployment.tapered import MaterialTaper, pieces_of, tapered_line, unit_factor
-from femflex.memory import free_memory
 from femflex.system import Profile, Variation
 from femflex.warning import PhysicsWarning
 
 SAMPLES = 2001  # of a profile between its breaks, to find its least and largest length
 SOFTENING_LIMIT = 0.02  # change of bending stiffness by axial inertia from which linear strain is warned of
-COPIES = 70  # of one tensor of fourth degree, that building a condensed member takes at the most (measured)
-LARGEST = 4e9  # bytes for that, 72 functions; the time to build the member, minutes at 50, grows likewise
+MOST_FUNCTIONS = 28  # of a condensed member; time and memory grow with the fourth power: 20 s to check one with 30
 BUCKLING = 7.837  # of m' |A| L^3 / EI, at which a cantilever under its own distributed load buckles
 
 
@@ -202,14 +200,13 @@ def _deploying_body(shapes: MemberShapes, length: Profile | Reel, options: Deplo
 
 
 def _check_count(shapes: MemberShapes, options: DeployingOptions) -> None:
-    """Raise ValueError for condensed strain of more functions than fit into memory."""
+    """Raise ValueError for condensed strain with so many functions that its energy of fourth degree takes minutes."""
     n = 0 if shapes.functions is None else shapes.functions.count
-    need, limit = COPIES * 8.0 * (n * (n + 1) / 2) ** 2, min(LARGEST, free_memory())
-    if options.get("strain", "condensed") == "condensed" and need > limit:
+    if options.get("strain", "condensed") == "condensed" and n > MOST_FUNCTIONS:
         raise ValueError(
-            f"a deploying member with {n} functions and condensed strain takes about {need / 1e9:.3g} GB of memory for "
-            f"its strain energy of fourth degree (limit {limit / 1e9:.3g} GB); take fewer functions (20 are more than "
-            "a deployment shows), or strain = 'linear'"
+            f"a deploying member with {n} functions and condensed strain has a strain energy of fourth degree with "
+            f"{(n * (n + 1) // 2) ** 2:,} numbers, which every instant needs (limit {MOST_FUNCTIONS} functions); take "
+            "fewer functions (20 are more than a deployment shows), or strain = 'linear'"
         )
 
 

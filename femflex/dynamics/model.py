@@ -236,12 +236,16 @@ class Model(Summarised):
 
     def observe(self, times: Array, states: Array) -> dict[str, Array]:
         """Every channel at times (n_t,) and states (n_t, n_x): path -> (n_t, *channel.shape)."""
-        observation = Observation(self, times, states)
+        observation = self.observation(times, states)
         return {path: observation[path] for path in self.channels}
+
+    def observation(self, times: Array, states: Array) -> Observation:
+        """As `observe`, also of channels that a run does not report, each computed when it is read."""
+        return Observation(self, times, states)
 
     def read(self, t: float, x: Array, paths: Iterable[str]) -> dict[str, Array]:
         """Single channels at the state x (n_x,), without all the others: path -> channel.shape."""
-        observation = Observation(self, np.array([t]), x[None])
+        observation = self.observation(np.array([t]), x[None])
         return {path: np.array(observation[path][0]) for path in paths}
 
 

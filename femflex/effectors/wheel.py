@@ -44,7 +44,8 @@ MOMENTUM = {f"momentum_{axis}": "N m s" for axis in "xyz"}
 class Wheel(Mounted, heading="wheels"):
     """A balanced reaction or momentum wheel: one state, its absolute axial momentum.
 
-    Channels: speed, motor (its torque), friction, saturated (1 while a limit acts), momentum_x, _y, _z.
+    Channels: speed, motor (its torque), friction if it has any, saturated (1 while a limit acts) if it has a limit,
+    momentum_x, _y, _z.
     """
 
     axis: Direction = (0.0, 0.0, 1.0)
@@ -118,9 +119,12 @@ class Wheel(Mounted, heading="wheels"):
 
     def effector(self, name: str, context: Context = ALONE) -> Effector:
         """The Effector of that name. Raises ValueError for an axis without direction."""
+        rubs, limits = self.viscous + self.coulomb > 0.0, self.max_torque is not None or self.max_speed is not None
         return replace(
             super().effector(name, context),
             sizes=np.array([self.inertia * max(1.0, abs(self.initial_speed))]),
+            accounts=tuple(account for account in self.accounts if rubs or account != "dissipation"),
+            zeros=(*(() if rubs else ("friction",)), *(() if limits else ("saturated",))),
             inputs=() if self.command is None else (self.command,),
             starts={"speed": ("momentum", self.initial_speed)},
             coasting=self._coasting,

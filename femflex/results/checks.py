@@ -43,12 +43,12 @@ def _problems(file: h5py.File) -> Iterator[str]:
         yield "the values of /time are not finite and rising"
     for name, data in channels_of(file).items():
         yield from (f"its channel {name} {text}" for text in _channel_problems(data, len(time), name))
-    state_channels = [f"bodies/{name}/{leaf}" for name in file["model"] for leaf in ("position", "attitude", "delta")]
+    state_channels = [f"bodies/{name}/{leaf}" for name in file["model"] for leaf in ("position", "attitude")]
     for name in ("q", "u", *state_channels) if "integrator" in file.attrs else ():
         if name not in file:
             yield f"its channel {name} is missing"
     for name, group in file["model"].items():
-        yield from (f"/model/{name} {text}" for text in _body_problems(group, file.get(f"bodies/{name}/delta")))
+        yield from (f"/model/{name} {text}" for text in _body_problems(group, file))
     slots = file.get("resume")
     if slot >= 0 and not (
         isinstance(slots, h5py.Group) and "alone" in slots.attrs and isinstance(slots.get(str(slot)), h5py.Group)
@@ -94,8 +94,8 @@ def _channel_problems(data: h5py.Dataset, rows: int, path: str) -> Iterator[str]
         yield f"has {len(names)} names for {data.shape[-1]} columns"
 
 
-def _body_problems(group: h5py.Group, delta: h5py.Dataset | None) -> Iterator[str]:
-    """Problems of the stored data of a body; delta: the channel of its elastic coordinates."""
+def _body_problems(group: h5py.Group, file: h5py.File) -> Iterator[str]:
+    """Problems of the stored data of a body, and of the channel of its elastic coordinates in a run."""
     if not isinstance(group, h5py.Group):
         yield "is no group"
         return
@@ -118,8 +118,12 @@ def _body_problems(group: h5py.Group, delta: h5py.Dataset | None) -> Iterator[st
             yield f"lacks {name!r} of the shape {_shape_text(shape)}"
     if not isinstance(group.get("markers"), h5py.Group):
         yield "lacks its group 'markers'"
-    if delta is not None and delta.shape[1:] != (n,):
-        yield f"has {n} shapes, and bodies{group.name.removeprefix('/model')}/delta has the shape {delta.shape}"
+    path = f"bodies{group.name.removeprefix('/model')}/delta"
+    delta = file.get(path)
+    if delta is None and n and "integrator" in file.attrs:
+        yield f"has {n} shapes, and the channel {path} is missing"
+    elif delta is not None and delta.shape[1:] != (n,):
+        yield f"has {n} shapes, and {path} has the shape {delta.shape}"
 
 
 def _is_array(data: object, kinds: str, shape: tuple[int | None, ...]) -> bool:

@@ -244,7 +244,7 @@ def channel_of_run(prepared: Prepared, path: str, progress: Progress) -> Array:
         if (error := guard.divergence(block)) is not None:
             raise error
         if len(block.times):
-            rows.append(model.observe(block.times, block.states)[path])
+            rows.append(model.observation(block.times, block.states)[path])
         progress((block.t - times[0]) / (times[-1] - times[0]))
     return np.concatenate(rows)
 

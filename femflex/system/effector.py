@@ -96,6 +96,7 @@ class Effector:
     channels    name -> unit of what it reports in addition to forces and states
     accounts    which of energy, dissipation, supplied and mass_flow it writes
     exerts      which of force, torque and effort it may write; the others are zero, and are not reported
+    zeros       channels that stay zero with these parameters, and are not reported
     parameters  (n,) constants
     jacobian    (seen, J) -> None: J (n_states, n_states) = d zdot / d z for implicit integrators; None: by differences
     events      instants at which its states jump
@@ -120,6 +121,7 @@ class Effector:
     channels: Mapping[str, str] = field(default_factory=dict)
     accounts: tuple[str, ...] = ()
     exerts: tuple[str, ...] = EXERTED
+    zeros: tuple[str, ...] = ()
     parameters: Array = field(default_factory=lambda: np.zeros(0))
     jacobian: Act | None = None
     events: tuple[StateEvent, ...] = ()

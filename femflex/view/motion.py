@@ -86,7 +86,8 @@ def motion(
     names = [path.split("/")[1] for path in run if path.startswith("bodies/") and path.endswith("/position")]
     position = {name: channel(f"bodies/{name}/position") for name in names}
     attitude = {name: channel.dcm(f"bodies/{name}/attitude") for name in names}
-    delta = {name: channel(f"bodies/{name}/delta") for name in names if f"bodies/{name}/delta" in run}
+    paths = {name: f"bodies/{name}/delta" for name in names}
+    delta = {name: channel(path) if path in run else np.zeros((len(times), 0)) for name, path in paths.items()}
     amplitudes = dict(delta)
     for name in names:  # a segment is drawn as a deformation of the whole body
         if (segmented := segmented_body_of(name, names)) is not None:

@@ -26,7 +26,7 @@ def applied_loads(system: System, names: Iterable[str], times: Array, states: Ar
     system: of rigid bodies that reports reactions; states (n_t, n_x) of its model at times (n_t,) [s].
     """
     model = compile_system(system)
-    motion = RigidMotion(system, times, model.observe(times, states))
+    motion = RigidMotion(system, times, model.observation(times, states))
     return {name: list(_loads_on_body(motion, name)) for name in names}
 
 

@@ -59,7 +59,7 @@ def body_motions(model: Model, x: Array) -> dict[str, BodyMotion]:
     steps = np.eye(model.n_u) * sizes
     rows = [q, *(advanced(model, q, s) for s in steps), *(advanced(model, q, -s) for s in steps)]
     states = np.array([model.at_rest(row) for row in rows])
-    channels = model.observe(np.zeros(len(states)), states)
+    channels = model.observation(np.zeros(len(states)), states)
     C_FN, n = base_attitude(model.system, np.zeros(1), channels)[0].T, model.n_u
     out = {}
     for name in model.system.order:

@@ -142,13 +142,15 @@ def unmodelled_response(model: Model, times: Array, states: Array, rates: Array,
     carrying = ~is_prescribed(model)
     carrying[ue] = False
     for row, impulse_row, t, x, rate, jump in zip(force, impulse, times, states, rates, jumps, strict=True):
-        residuals = [model.residual(float(t), x, rate), model.residual(float(t), x, rate + jump)]
+        residuals = [model.residual(float(t), x, rate)]
+        if jump.any():
+            residuals.append(model.residual(float(t), x, rate + jump))
         if model.constraints is not None:  # what loops carry as the bodies move on stands in the rows of joints
             A = model.constraints.matrix(float(t), x)
             residuals = [
                 residual - least_multipliers(A[:, carrying], residual[carrying], slack) @ A for residual in residuals
             ]
-        row[ue], impulse_row[ue] = -residuals[0][ue], (residuals[0] - residuals[1])[ue]
+        row[ue], impulse_row[ue] = -residuals[0][ue], (residuals[0] - residuals[-1])[ue]
     return force, impulse
 
 

@@ -21,7 +21,8 @@ def marker_motion(
     if body is None:
         return np.zeros((len(times), 3)), base_attitude(system, times, channels)
     m = system.bodies[body].marker(marker)
-    C_NB, delta = dcm_from_quaternion(channels[f"bodies/{body}/attitude"]), channels[f"bodies/{body}/delta"]
+    C_NB = dcm_from_quaternion(channels[f"bodies/{body}/attitude"])
+    delta = channels[f"bodies/{body}/delta"] if m.phi.size else np.zeros((len(times), 0))
     position = channels[f"bodies/{body}/position"] + np.einsum("tij,tj->ti", C_NB, m.position + delta @ m.phi.T)
     return position, C_NB @ dcm_from_vector(m.rotation_vector(delta)) @ m.orientation
 

@@ -24,7 +24,8 @@ class States(Report):
             out[path] = Channel(units, text, (len(pairs),), names, reported=path != "z" or bool(pairs))
         for name in system.order:
             n = system.bodies[name].n_shapes
-            out[f"bodies/{name}/delta"] = Channel("kg^1/2 m", f"amplitudes of the shapes of {name}", (n,))
+            meaning = f"amplitudes of the shapes of {name}"
+            out[f"bodies/{name}/delta"] = Channel("kg^1/2 m", meaning, (n,), reported=n > 0)
         for effector in system.effectors:
             sampling = ""
             if isinstance(effector, Controller):
