@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
@@ -19,7 +19,7 @@ class Advice:
     """One choice for a body, or one physics warning about it.
 
     body      its name; empty for the whole craft
-    decision  its subject: "strain", "shapes", "joints", "stiffening", "bend",
+    decision  its subject: "mesh", "strain", "shapes", "joints", "stiffening", "bend",
               "buckling", "truncation", "support", "torque", "inertia", "output", "sampling", "craft"
     choice    the value as written in a case: "condensed", {"TIP": ["z", "ry"]}; None for a warning
     reason    text with both numbers
@@ -55,10 +55,12 @@ def doubt(body: str, decision: str, reason: str, value: float | None = None, lim
     return Advice(body, decision, None, reason, value, limit, doubt=True)
 
 
-def notes_of(advice: Iterable[Advice]) -> dict[str, str]:
-    """Notes on each body without the warnings: one line for each, by name."""
+def notes_of(advice: Iterable[Advice], decisions: Collection[str] = ()) -> dict[str, str]:
+    """Notes on each body without the warnings: one line for each, by name; on these decisions, or on all of them."""
     texts_by_body: dict[str, list[str]] = {}
     for entry in advice:
+        if decisions and entry.decision not in decisions:
+            continue
         if entry.body and not entry.doubt and entry.decision not in UNLISTED:
             texts_by_body.setdefault(entry.body, []).append(entry.text)
     return {name: "; ".join(texts) for name, texts in texts_by_body.items()}

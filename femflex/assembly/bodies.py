@@ -53,17 +53,20 @@ from femflex.reduction.small_motions import small_motion_body
 from femflex.system import Part, Segments
 from femflex.warning import PhysicsWarning
 
+Note = tuple[str, str]  # subject and text
+
 
 @dataclass(frozen=True, eq=False)
 class BuiltBody:
     """A body built from its table, its origin, and notes on how it was built.
 
-    origin: None for a body cut into segments; notes: shapes that were added to those which the table requests.
+    origin: None for a body cut into segments; notes: subject and text, on its "mesh" or on "shapes" that were added
+    to those which the table requests.
     """
 
     part: Part
     origin: Origin | None = None
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 def build_bodies(case: Case) -> dict[str, Part]:
@@ -152,7 +155,8 @@ def _build_body(case: Case, name: str, modes: int | None, refine: int, segments:
             return BuiltBody(Segments(tuple(_with_marker_axes(body, table) for body in cut.bodies)))
         if isinstance(table, DeployingTable):
             member = build_deploying(case, name, table, modes)
-            return BuiltBody(member.body, deployed_origin(case, name, table, member), added_note(case, name, table))
+            notes = tuple(("shapes", text) for text in added_note(case, name, table))
+            return BuiltBody(member.body, deployed_origin(case, name, table, member), notes)
         body, source, notes = _body_from_table(case, name, table, modes, refine, draft)
         origin = Origin(source, open_choices(table), linear_strain_reason(table), stiffening_remedy(table))
         if isinstance(source, Meshed) and not draft:
@@ -166,7 +170,7 @@ def _build_body(case: Case, name: str, modes: int | None, refine: int, segments:
         raise RuntimeError(f"{case.path.name}: bodies.{name}: {error}") from error
 
 
-BodyWithSource = tuple[FlexibleBody, Meshed | Analytic | None, tuple[str, ...]]  # body, source, notes
+BodyWithSource = tuple[FlexibleBody, Meshed | Analytic | None, tuple[Note, ...]]  # body, source, notes
 
 
 def _body_from_table(
@@ -180,7 +184,7 @@ def _body_from_table(
         return _body_from_file(case, name, table, modes), None, ()
     if isinstance(table, MatricesTable):
         matrix_body = build_matrix_body(case, table, modes, _damping(table.damping), turning_markers(case, name))
-        return matrix_body.body, None, matrix_body.notes
+        return matrix_body.body, None, tuple(("mesh", text) for text in matrix_body.notes)
     assert isinstance(table, FlexibleTable)
     table = with_deck(case, name, table)
     as_built = structure_of(case, name, table, refine)
@@ -206,7 +210,8 @@ def _body_from_table(
     texts = [added_shapes_text(acting, modeset, joints), tension_text(structure, modeset, body)]
     texts.append(half_wave_text(structure, modeset))
     warn_of_few_elements(structure, modeset)
-    return body, source, (*as_built.notes, *filter(None, texts))
+    of_mesh = [("mesh", text) for text in as_built.notes]
+    return body, source, (*of_mesh, *(("shapes", text) for text in texts if text))
 
 
 def tension_text(structure: Structure, modeset: ModeSet, body: FlexibleBody) -> str:
@@ -326,7 +331,7 @@ def _beam_body(case: Case, name: str, table: AnalyticTable, modes: int | None) -
     strain, patches = table.strain or "linear", patch_groups(case, name)
     body = beam_body(beam, functions, _damping(table.damping), strain=strain, patches=patches)
     names = {marker: entry.group or marker for marker, entry in table.markers.items()}
-    return body, Analytic(beam, functions, names), (note,) if note else ()
+    return body, Analytic(beam, functions, names), (("shapes", note),) if note else ()
 
 
 def _body_from_file(case: Case, name: str, table: FileTable, modes: int | None) -> FlexibleBody:

@@ -16,11 +16,18 @@ if TYPE_CHECKING:
 Verbose = Annotated[bool, typer.Option("-v", "--verbose", help="Print also tables of detail and reasons of choices.")]
 
 
-def print_notes(notes: Mapping[str, str], verbose: bool) -> None:
-    """Print the notes in a verbose output, a folded line for each body that has one."""
+def print_notes(notes: Mapping[str, str]) -> None:
+    """Print the notes, a folded line for each body that has one."""
     for name, note in notes.items():
-        if note and verbose:
+        if note:
             print_folded(f"body        {name}: {note}")
+
+
+def print_reasons(resolved: ResolvedCase, verbose: bool) -> None:
+    """Print what the meshes and decks of bodies lack; verbose: and the reasons of all choices."""
+    from femflex.advice import notes_of
+
+    print_notes(notes_of(resolved.advice, () if verbose else ("mesh",)))
 
 
 def strain_data(resolved: ResolvedCase) -> dict[str, dict[str, Any]]:

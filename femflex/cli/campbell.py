@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from femflex.cli.advice_lines import Verbose, print_notes, strain_data
+from femflex.cli.advice_lines import Verbose, print_reasons, strain_data
 from femflex.cli.campbell_report import print_campbell, write_table
 from femflex.cli.outputs import DIAGRAM_SUFFIXES, PICTURE, TABLE, outputs
 from femflex.cli.progress import Bar, Patience
@@ -87,7 +87,7 @@ def campbell(
         axis_of(parsed_case)  # reported before the bodies are built
         resolved = resolve_campbell_case(parsed_case)
     if not as_json:
-        print_notes(resolved.notes, verbose)
+        print_reasons(resolved, verbose)
     diagram, stopped = computed_diagram(parsed_case, time, resolved)
     if diagram is not None:
         diagram_outputs.report(parsed_case, diagram, {"bodies": strain_data(resolved)} if as_json else None)

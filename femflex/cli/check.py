@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from femflex.cli.advice_lines import Verbose, print_notes, strain_data
+from femflex.cli.advice_lines import Verbose, print_reasons, strain_data
 from femflex.cli.progress import Patience
 from femflex.cli.tables import print_json
 from femflex.cli.verb import BAD_INPUT, verb
@@ -50,7 +50,7 @@ def check(
         warned = len(warnings_so_far())
         verdict = f"no errors, {counted_noun(warned, 'warning', 'warnings')}" if warned else "no problems"
         print(f"{case.name}: {verdict}; {description}")
-        print_notes(resolved.notes, verbose)
+        print_reasons(resolved, verbose)
         if copy is not None:
             print(f"advice      {copy}")
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from femflex.cli.advice_lines import print_notes, strain_data
+from femflex.cli.advice_lines import print_reasons, strain_data
 from femflex.cli.progress import Bar, Patience
 from femflex.cli.tables import print_folded, print_json, print_table
 
@@ -87,26 +87,27 @@ def craft_modes(
         print_json(modes.to_dict() | {"bodies": strain_data(resolved)})
         return
     print(case.title or file.name)
-    print_notes(resolved.notes, verbose)
-    print_modes(case, modes, number)
+    print_reasons(resolved, verbose)
+    print_modes(case, modes, number, verbose)
     for kind, path in files:
         print(f"{kind:11} {path}")
 
 
-def print_modes(case: Case, modes: SystemModes, number: int | None) -> None:
-    """Print the table of modes, what they are about, stability, and what the case expects of them."""
+def print_modes(case: Case, modes: SystemModes, number: int | None, verbose: bool) -> None:
+    """Print the table of modes, what they are about, stability and verdicts; verbose: frequencies also in rad/s."""
     from femflex.case.verdicts import mode_verdicts
     from femflex.cli.equilibrium import frame_text, length_lines, print_stability
 
     count = min(number or SHOWN, len(modes.names))
     rows = [
         [
-            str(k + 1), modes.names[k], f"{modes.frequencies[k]:.6g}", f"{modes.eigenvalues[k].imag:.6g}",
+            str(k + 1), modes.names[k], f"{modes.frequencies[k]:.6g}",
+            *[f"{modes.eigenvalues[k].imag:.6g}"] * verbose,
             f"{modes.damping_ratios[k]:.4g}" + "*" * bool(modes.growing[k]), kinetic_energy_text(modes, k),
         ]
         for k in range(count)
     ]  # fmt: skip
-    print_table(["mode", "name", "Hz", "rad/s", "damping ratio", "kinetic energy"], rows)
+    print_table(["mode", "name", "Hz", *["rad/s"] * verbose, "damping ratio", "kinetic energy"], rows)
     if count < len(modes.names):
         print(f"and {len(modes.names) - count} modes above, which -n and --json list\n")
     if modes.growing[:count].any():

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from femflex.cli.advice_lines import Verbose, print_notes, strain_data
+from femflex.cli.advice_lines import Verbose, print_reasons, strain_data
 from femflex.cli.progress import Patience
 from femflex.cli.tables import print_folded, print_json, print_table
 from femflex.cli.times import read_seconds
@@ -72,17 +72,19 @@ def equilibrium(
         print_json(equilibrium_data(state) | {"bodies": strain_data(resolved)})
         return
     print(parsed_case.title or case.name)
-    print_notes(resolved.notes, verbose)
-    print_equilibrium(state)
+    print_reasons(resolved, verbose)
+    print_equilibrium(state, verbose)
     if output is not None:
         print(f"kept        {output}")
 
 
-def print_equilibrium(state: Equilibrium) -> None:
-    """Print coordinates, marker positions, residual and stability."""
+def print_equilibrium(state: Equilibrium, verbose: bool) -> None:
+    """Print coordinates, verbose: also those that are zero, marker positions, residual and stability."""
     system = state.model.system
     names = [(name, unit) for name, unit in system.coordinate_names()]
     rows = [[name, f"{value:.10g}", unit] for (name, unit), value in zip(names, state.q, strict=True)]
+    if not verbose:
+        rows = [row for row in rows if float(row[1]) != 0.0]
     if len(rows) > SHOWN:
         segment_names = {piece for pieces in system.segments.values() for piece in pieces}
         rows = [row for row in rows if row[0].rpartition(".delta")[0] not in segment_names][:SHOWN]
@@ -90,9 +92,9 @@ def print_equilibrium(state: Equilibrium) -> None:
         print_table(["coordinate", "value", "unit"], rows)
     if len(rows) < len(names):
         listed = {row[0] for row in rows}
-        elastic = all(name.rpartition(".delta")[1] for name, _ in names if name not in listed)
-        kind = "elastic" if elastic else "other"
-        print(f"and {len(names) - len(rows)} {kind} coordinates, which --json and the result file hold\n")
+        rest = [float(f"{value:.10g}") for (name, _), value in zip(names, state.q, strict=True) if name not in listed]
+        zero = "" if any(rest) else " that are zero"
+        print(f"and {len(rest)} coordinates{zero}, which -v, --json and the result file list\n")
     print_table(
         ["marker", *(f"{a}, m" for a in XYZ), *(f"deflection {a}, m" for a in XYZ)],
         [

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from femflex.cli.advice_lines import Verbose, print_notes
+from femflex.cli.advice_lines import Verbose, print_reasons
 from femflex.cli.outputs import DIAGRAM_SUFFIXES, PICTURE, outputs
 from femflex.cli.progress import Patience
 from femflex.cli.tables import print_folded, print_json, print_table
@@ -108,7 +108,7 @@ def linearize(
         print_json(data)
         return
     print(parsed_case.title or case.name)
-    print_notes(resolved.notes, verbose)
+    print_reasons(resolved, verbose)
     print_model(model, reduced_model, data, verbose)
     for kind, path in written_files:
         print(f"{kind:11} {path}")

@@ -105,7 +105,8 @@ def modes(
     for k, (names, flexible_body) in enumerate(group_equal_bodies(bodies)):
         print("\n" * (k > 0), end="")
         print_modes(names, flexible_body, verbose)
-        print_notes({name: notes[name] for name, b in bodies.items() if b is flexible_body and name in notes}, verbose)
+        if verbose:
+            print_notes({name: notes[name] for name, b in bodies.items() if b is flexible_body and name in notes})
         if compared_body is not None:
             print_mac(flexible_body, compared_body, str(mac))
         if amplitudes is not None:

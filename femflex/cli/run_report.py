@@ -22,7 +22,7 @@ MOVED = 4  # initial values listed on screen when the start moves them
 def print_run_heading(prepared: Prepared, verbose: bool) -> None:
     """Print the bodies, orbit, attitude and integrator; verbose: with tables of modes, and the reasons of choices."""
     from femflex.assembly.craft import craft_notes
-    from femflex.cli.advice_lines import print_notes
+    from femflex.cli.advice_lines import print_reasons
     from femflex.cli.modes import group_equal_bodies, print_modes
     from femflex.integrate.choice import KINDS
 
@@ -47,7 +47,7 @@ def print_run_heading(prepared: Prepared, verbose: bool) -> None:
         print_folded(f"body        {name} is cut into {size}")
     if verbose:
         if "nonlinear_strain" not in prepared.model.omitted:
-            print_notes(prepared.resolved.notes, verbose)
+            print_reasons(prepared.resolved, verbose)
         for line in craft_notes(case):
             print_folded(f"craft       {line}")
     for line in (*_orbit_lines(prepared), _attitude_line(prepared)):
@@ -55,7 +55,7 @@ def print_run_heading(prepared: Prepared, verbose: bool) -> None:
     step = f"{len(prepared.times)} rows to {prepared.times[-1]:.6g} s"
     name = prepared.integrator.name
     print_folded(f"integrator  {prepared.reason if verbose else f'{name} ({KINDS[name]})' if name in KINDS else name}")
-    print_tolerances(prepared)
+    print_tolerances(prepared, verbose)
     if (constraints := prepared.model.constraints) is not None:
         print_folded(f"constraints {constraints.text(0.0, prepared.model.x0)}")
         for misfit in prepared.absorbed_misfits:
@@ -72,13 +72,16 @@ def _frequency_range(body: FlexibleBody) -> str:
     return f", {frequencies.min():.4g} to {frequencies.max():.4g} Hz" if len(frequencies) else ""
 
 
-def print_tolerances(prepared: Prepared) -> None:
-    """Print the relative tolerance, and the absolute ones of each kind of coordinate and its rate."""
+def print_tolerances(prepared: Prepared, verbose: bool) -> None:
+    """Print the relative tolerance; verbose: and the absolute ones of each kind of coordinate and its rate."""
     from femflex.dynamics.equilibria.motion_scale import KINDS, coordinate_kinds
     from femflex.integrate.driver import Adaptive
 
     model, method = prepared.model, prepared.integrator
     if not isinstance(method, Adaptive) or not model.n_u:
+        return
+    if not verbose:
+        print(f"tolerance   relative {method.rtol:.1e}")
         return
     q, u, _ = model.parts(method.absolute(model, prepared.times, model.x0))
     of_q, of_u = coordinate_kinds(model)
@@ -145,11 +148,15 @@ def _attraction_lines(system: System) -> list[str]:
 def _attitude_line(prepared: Prepared) -> str:
     from math import degrees
 
+    from femflex.rotations import letters_of
+
     case, system = prepared.case, prepared.system
     channels = prepared.model.observe(prepared.times[:1], prepared.model.x0[None])
     angles = [degrees(a) + 0.0 for a in channels["attitude/angles"][0]]  # no -0
     names = prepared.model.channels["attitude/angles"].names
-    text = ", ".join(f"{name} {angle:.4g}" for name, angle in zip(names, angles, strict=True))
+    sequence = system.libration_sequence
+    pairs = sorted(zip(letters_of(sequence), names, angles, strict=True), key=lambda pair: pair[0])
+    text = ", ".join(f"{name} {angle:.4g}" for _, name, angle in pairs)
     motion = "held" if case.attitude.held else system.joint_of(system.root).kind
     root = next((name for name, segment_names in system.segments.items() if system.root in segment_names), system.root)
     return f"attitude    {root} {motion} in the {system.frame.kind} frame: {text} deg"

@@ -147,7 +147,7 @@ class Gyro(Mounted, heading="gyros"):
             inputs=tuple(command for command in self.commands if isinstance(command, str)),
             channels={**MOMENTUM, **gimbal_channels},
             starts={"rate1": ("momentum", 0.0)} if heavy else {},
-            accounts=("energy", "dissipation") if self.free else ("energy", "supplied"),
+            accounts=(*(("energy",) if heavy else ()), "dissipation" if self.free else "supplied"),
             coasting=None if self.free else self._coasting,
         )
 

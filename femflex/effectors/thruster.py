@@ -159,6 +159,7 @@ class Thruster(Mounted, heading="thrusters"):
             inputs=(*((self.command,) if self.command else ()), *((f"{self.tank}.feed",) if tank else ())),
             accounts=("supplied", "mass_flow") if self.specific_impulse else ("supplied",),
             exerts=("force", "torque") if tank else ("force",),
+            zeros=() if self.specific_impulse else ("flow",),
             parameters=numbers,
             breaks=times,
         )

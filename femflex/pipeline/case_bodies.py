@@ -63,7 +63,7 @@ def _own_notes(name: str, built: BuiltBody) -> str:
     """Note on a body alone."""
     if built.origin is None or not isinstance(built.part, FlexibleBody):
         return ""
-    advice = [Advice(name, "shapes", None, text) for text in built.notes]
+    advice = [Advice(name, subject, None, text) for subject, text in built.notes]
     shape_advice = shape_notes({name: built.part}, BodyOrigins({name: built.origin}))
     return notes_of([*advice, *shape_advice]).get(name, "")
 

@@ -167,7 +167,7 @@ def _resolve_open_choices(case: Case, thorough: bool, loaded: bool) -> ResolvedC
     if loaded and not names and not thorough:
         margins = buckling_margins(rigid, system, origins)
     advice = [*joints.values(), *strains]
-    advice += [Advice(name, "shapes", None, text) for name, body in built.items() for text in body.notes]
+    advice += [Advice(name, subject, None, text) for name, body in built.items() for subject, text in body.notes]
     advice += shape_notes(system.bodies, origins)
     advice += unassessed_bodies(system, origins, rigid, shortfall if rigid is None else rigid.shortfall)
     advice += unassessed_truncation(system, origins, crafts[0].richer)

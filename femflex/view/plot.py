@@ -33,7 +33,8 @@ if TYPE_CHECKING:
 WIDTH, HEIGHT, TITLE = 9.0, 2.5, 0.5  # inches: of the figure, of one pair of axes, of the title
 LEGEND_ROWS = 8  # more curves than this are named in several columns
 DEPTH = 3e-5  # a spectrum is shown down to this part of its highest peak
-APART = 0.05  # peaks nearer than this part of the axis are named once
+SMALLEST = 5e-3  # of the highest peak; smaller ones have no label
+LABEL = 0.05, 0.25  # width of a label as a part of the axis, and height in decades
 
 
 def plot_histories(
@@ -122,15 +123,19 @@ def plot_spectra(
 
 
 def _label_peaks(ax: Axes, peaks: list[tuple[float, float]], colours: Theme) -> None:
-    """Write the frequency above each peak, and above the higher of two that are close."""
-    width = ax.get_xlim()[1]
-    labelled: list[float] = []
-    for frequency, amplitude in sorted(peaks, key=lambda peak: -peak[1]):
-        if all(abs(frequency - earlier) > APART * width for earlier in labelled):
-            labelled.append(frequency)
-            side = "left" if frequency < APART * width else "center"
-            style: dict[str, Any] = {"textcoords": "offset points", "ha": side, "fontsize": 8, "color": colours.text}
-            ax.annotate(f"{frequency:#.4g}", (frequency, amplitude), (0, 4), **style)
+    """Write the frequency above each peak, beside it where another one stands, the highest first; else not at all."""
+    width = LABEL[0] * ax.get_xlim()[1]
+    corners: list[tuple[float, float]] = []  # lower left ones of labels
+    least = SMALLEST * max((amplitude for _, amplitude in peaks), default=0.0)
+    for frequency, amplitude in sorted((p for p in peaks if p[1] > least), key=lambda peak: -peak[1]):
+        height = float(np.log10(amplitude))
+        for side, part in (("center", 0.5), ("left", 0.0), ("right", 1.0)):
+            left = frequency - part * width
+            if left >= 0.0 and all(abs(left - x) > width or abs(height - y) > LABEL[1] for x, y in corners):
+                corners.append((left, height))
+                style: dict[str, Any] = {"textcoords": "offset points", "fontsize": 8, "color": colours.text}
+                ax.annotate(f"{frequency:#.4g}", (frequency, amplitude), (0, 4), ha=side, **style)
+                break
 
 
 def _ordinate(group: list[Curve]) -> str:

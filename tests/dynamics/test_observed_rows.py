@@ -70,7 +70,7 @@ def test_observed_channels_match_material_points(seed):
     first, momentum, moments = np.zeros((3, 3))
     elastic = 0.0
     for name, (dm, rho, phi) in clouds.items():
-        C, delta = rotation(seen[f"bodies/{name}/attitude"]), seen[f"bodies/{name}/delta"]
+        C, delta = rotation(seen[f"bodies/{name}/attitude"]), seen.get(f"bodies/{name}/delta", np.zeros((3, 0)))
         r = rho + np.einsum("pan,tn->tpa", phi, delta)
         places = seen[f"bodies/{name}/position"][:, None] + np.einsum("tab,tpb->tpa", C, r)
         v = (places[2] - places[0]) / (2 * H)

@@ -11,6 +11,7 @@ from femflex.dynamics.lowering import constraint_layout as layout
 from femflex.dynamics.reports.report import Observation, Report
 from femflex.dynamics.reports.row import XYZ
 from femflex.system import Channel, System
+from femflex.system.loop import closure
 
 
 class ConstraintForces(Report):
@@ -25,13 +26,14 @@ class ConstraintForces(Report):
             "monitors/constraint_rank": Channel("1", "number of independent constraint rows"),
         }
         for loop in system.loops:
-            out |= reaction_channels(f"loops/{loop.label}", loop.child, loop.child_marker)
+            turns = len(closure(loop).pairs) > 0
+            out |= reaction_channels(f"loops/{loop.label}", loop.child, loop.child_marker, turns)
         for c in system.constraints:
             path = f"constraints/{c.name}"
             if c.body is None:
                 out[f"{path}/multipliers"] = Channel("1", "multipliers lambda of A^T lambda", (c.n_rows,))
             else:
-                out |= reaction_channels(path, c.body, c.marker)
+                out |= reaction_channels(path, c.body, c.marker, c.kind != "knife_edge")
         return out
 
     def observe(self, seen: Observation) -> Iterator[Array]:
@@ -52,10 +54,10 @@ class ConstraintForces(Report):
                 yield np.einsum("tk,tkj,tji->ti", multipliers, rows_of_name[:, :, first : first + 3], C_iN)
 
 
-def reaction_channels(path: str, body: str, marker: str) -> dict[str, Channel]:
-    """Channels of the reaction of one loop or constraint on a body."""
+def reaction_channels(path: str, body: str, marker: str, turns: bool) -> dict[str, Channel]:
+    """Channels of the reaction of one loop or constraint on a body; turns: whether it can exert a torque."""
     torque = f"its torque on {body} about {body}.{marker}"
     return {
         f"{path}/force": Channel("N", f"force of the constraint on {body}", (3,), XYZ, "inertial"),
-        f"{path}/torque": Channel("N m", torque, (3,), XYZ, "inertial"),
+        f"{path}/torque": Channel("N m", torque, (3,), XYZ, "inertial", turns),
     }

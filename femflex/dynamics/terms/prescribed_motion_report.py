@@ -33,7 +33,9 @@ class PrescribedMotion(Report):
                 text = f"force or torque required by the prescribed motion of {joint.label}"
                 out[f"joints/{joint.label}/drive"] = Channel(units, text, (len(names),), names)
         if out:
-            out["monitors/drive_power"] = Channel("W", "power that prescribed joint motions give to the system")
+            moves = any(motion.moves for joint in system.joints for motion in joint.prescribed.values())
+            text = "power that prescribed joint motions give to the system"
+            out["monitors/drive_power"] = Channel("W", text, reported=moves)
         return out
 
     def observe(self, seen: Observation) -> Iterator[Array]:
