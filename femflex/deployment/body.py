@@ -27,7 +27,7 @@ from femflex.warning import PhysicsWarning
 
 SAMPLES = 2001  # of a profile between its breaks, to find its least and largest length
 SOFTENING_LIMIT = 0.02  # change of bending stiffness by axial inertia from which linear strain is warned of
-MOST_FUNCTIONS = 28  # of a condensed member; time and memory grow with the fourth power: 20 s to check one with 30
+MOST_FUNCTIONS = 28  # of a condensed member, or modes of elements; to check one with 30 takes 20 s, and more as n^4
 BUCKLING = 7.837  # of m' |A| L^3 / EI, at which a cantilever under its own distributed load buckles
 
 
@@ -201,7 +201,8 @@ def _deploying_body(shapes: MemberShapes, length: Profile | Reel, options: Deplo
 
 def _check_count(shapes: MemberShapes, options: DeployingOptions) -> None:
     """Raise ValueError for condensed strain with so many functions that its energy of fourth degree takes minutes."""
-    n = 0 if shapes.functions is None else shapes.functions.count
+    blocks = getattr(shapes.functions, "blocks", None)
+    n = sum(kept for _, kept in blocks) if blocks else getattr(shapes.functions, "count", 0)
     if options.get("strain", "condensed") == "condensed" and n > MOST_FUNCTIONS:
         raise ValueError(
             f"a deploying member with {n} functions and condensed strain has a strain energy of fourth degree with "

@@ -22,7 +22,8 @@ def accounts_for(system: System, account: str) -> bool:
 
 def is_elastic(system: System) -> bool:
     """Whether bodies store strain energy."""
-    return any(body.n_shapes for body in system.bodies.values()) or bool(system.varying)
+    whole = (variation.whole for variation in system.varying.values() if variation.whole is not None)
+    return any(body.n_shapes for body in (*system.bodies.values(), *whole))
 
 
 def has_springs(system: System) -> bool:

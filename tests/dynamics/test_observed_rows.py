@@ -11,6 +11,7 @@ from support.random_systems import random_body, random_state, random_tree
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system
+from femflex.effectors import Gyro, Thruster, Wheel
 from femflex.system import (
     EARTH_RADIUS,
     Environment,
@@ -23,6 +24,7 @@ from femflex.system import (
     cylindrical,
     free,
     spherical,
+    with_effectors,
 )
 
 H = 1e-5  # s, of central differences: errors of 1e-9
@@ -129,6 +131,47 @@ def test_observed_channels_match_material_points(seed):
     C = attitude @ Rotation.from_rotvec(marker.psi @ delta).as_matrix() @ marker.orientation
     angles = seen["attitude/angles"][1]
     np.testing.assert_allclose(Rotation.from_euler("XZY", angles).as_matrix(), C, atol=1e-10)
+
+
+WHEEL = {"inertia": 0.1, "inertia_in_body": "separate", "axis": (0.3, 0.8, 0.5), "initial_speed": 40.0, "torque": 0.1}
+
+
+@pytest.mark.parametrize(
+    ("devices", "absent"),
+    [
+        ({}, ()),
+        ({"w": Wheel(body="body0", **WHEEL)}, ("friction", "saturated", "dissipation", "force")),
+        ({"w": Wheel(body="body0", **WHEEL, viscous=1e-3, max_torque=0.01)}, ("force",)),
+        (
+            {"w": Thruster(body="body0", axis=(1, 2, 3), thrust=2.0, pulses=[(0.0, 9.0)])},
+            ("flow", "mass_flow", "dissipation"),
+        ),
+        (
+            {"w": Thruster(body="body0", axis=(1, 2, 3), thrust=2.0, pulses=[(0.0, 9.0)], specific_impulse=200.0)},
+            ("dissipation",),
+        ),
+        (
+            {
+                "w": Gyro(
+                    body="body0",
+                    gimbal_axis=(1, 0, 0),
+                    spin_axis=(0, 1, 1),
+                    momentum=3.0,
+                    rates=[0.2],
+                    initial_angles=(0.5,),
+                )
+            },
+            ("energy", "dissipation"),
+        ),
+    ],
+)
+def test_no_channel_is_zero_in_a_general_motion(devices, absent):
+    system = random_tree(9, n_bodies=5)[0]
+    x = np.concatenate(random_state(system, np.random.default_rng(1)))
+    model = compile_system(with_effectors(system, devices))
+    seen = model.observe(np.array([0.7]), np.concatenate([x, model.x0[len(x) :]])[None])
+    assert [path for path, values in seen.items() if not np.any(values)] == []
+    assert not [key for key in absent if f"effectors/w/{key}" in seen]
 
 
 UP = 500e3  # m

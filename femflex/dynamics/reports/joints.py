@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 from femflex.arrays import Array
 from femflex.dynamics.joints.places import has_singularity, joint_places
@@ -45,7 +46,9 @@ def quantities(joint: Joint) -> Iterator[Quantity]:
     if moves:
         rates = [(name.removeprefix(short), unit) for name, unit in joint.velocity_names()]
         text = f"; omega relative to the parent, in axes of {joint.child}.{joint.child_marker}" if joint.ball else ""
-        yield "rate", channel_of(rates, f"rate of joint {joint.label}{text}"), lambda q, u: squeezed(u)
+        turns = len(joint.prescribed) < joint.n_u or any(motion.moves for motion in joint.prescribed.values())
+        channel = replace(channel_of(rates, f"rate of joint {joint.label}{text}"), reported=turns)
+        yield "rate", channel, lambda q, u: squeezed(u)
     if joint.ball is not None and (joint.rebase or moves):
         text = ", independent of the reference of q" if joint.rebase else ""
         channel = channel_of(names[joint.ball_slice()], f"{joint.ball} from the parent's marker{text}")

@@ -15,6 +15,7 @@ from femflex.dynamics.reports.marker_motion import marker_motion
 from femflex.dynamics.reports.report import Observation, Report
 from femflex.dynamics.reports.row import XYZ
 from femflex.system import Channel, Joint, System
+from femflex.system.loop import closure
 
 UNITS = {"force": "N", "torque": "N m"}
 
@@ -71,7 +72,8 @@ class LocalForces(Report):
         for path, joint in joints_with_forces(system).items():
             for key, unit in UNITS.items():
                 text = f"{key} on {joint.child} in axes of {joint.child}.{joint.child_marker}"
-                out[f"{path}/local_{key}"] = Channel(unit, text, (3,), XYZ, "marker")
+                exerted = key == "force" or joint not in system.loops or len(closure(joint).pairs) > 0
+                out[f"{path}/local_{key}"] = Channel(unit, text, (3,), XYZ, "marker", exerted)
         return out
 
     def observe(self, seen: Observation) -> Iterator[Array]:
