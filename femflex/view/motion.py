@@ -10,6 +10,7 @@ from femflex.arrays import Array
 from femflex.results import Run, RunBody
 from femflex.view.deploying_skin import amplitudes_with_growth, deploying_bodies
 from femflex.view.segments import body_of_marker, extended_coordinates, segmented_body_of
+from femflex.view.surroundings import directions_of
 
 CAMERAS = ("auto", "fixed", "follow", "orbital", "body")
 FAR = 1.0  # travel over size beyond which the automatic camera follows
@@ -24,6 +25,7 @@ class Motion:
     reference (n_t, 3, 3)  C_VR, R the orbital axes when orbiting, else the inertial ones
     traces    marker or contact -> (n_t, 3) [m], a marker's with its deflection magnified as the bodies are drawn
     sights    line of sight -> its start (n_t, 3) [m] and direction (n_t, 3)
+    directions  word of a sun or a magnetic field -> its unit vector (n_t, 3)
     lengths   body that deploys -> its length (n_t,) [m]
     """
 
@@ -36,6 +38,7 @@ class Motion:
     traces: dict[str, Array]
     sights: dict[str, tuple[Array, Array]]
     lengths: dict[str, Array]
+    directions: dict[str, Array]
 
 
 class Interpolated:
@@ -123,9 +126,19 @@ def motion(
     for path in (path for path in run if path.startswith("sights/") and path.endswith("/direction")):
         start = channel(path.replace("/direction", "/position")) - origin
         sights[path.split("/")[1]] = tuple(np.einsum("tji,tj->ti", C_NV, v) for v in (start, channel(path)))
+    directions = {
+        word: np.einsum("tji,tj->ti", C_NV, unit_vectors(np.stack([channel(f"{head}/{axis}") for axis in "xyz"], 1)))
+        for head, word in directions_of(run).items()
+    }
     return Motion(
-        np.asarray(times, float), relative, relative_attitude, delta, amplitudes, reference, lines, sights, lengths
-    )
+        np.asarray(times, float), relative, relative_attitude, delta, amplitudes, reference, lines, sights, lengths,
+        directions,
+    )  # fmt: skip
+
+
+def unit_vectors(v: Array) -> Array:
+    """Unit vectors (n, 3) along v (n, 3); zero where v is."""
+    return np.asarray(v / np.maximum(np.linalg.norm(v, axis=1, keepdims=True), np.finfo(float).tiny))
 
 
 def traced_markers(run: Run) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -126,13 +127,13 @@ def _font(bold: bool) -> str:
 
 
 class CornerTriad:
-    """Axes of the reference frame in the lower left corner, turning with it."""
+    """Axes of the reference frame in the lower left corner, turning with it, and arrows to sun and along fields."""
 
-    def __init__(
-        self, plotter: Any, view: View, names: tuple[str, str, str], theme: Theme, size: tuple[int, int]
-    ) -> None:
+    def __init__(self, plotter: Any, view: View, names: tuple[str, ...], theme: Theme, size: tuple[int, int]) -> None:
+        """names: of the three axes, then of the arrows."""
         from vtkmodules.vtkRenderingCore import vtkRenderer
 
+        colours = (*theme.axes, *(theme.directions[name] for name in names[3:]))
         self._axes, self._aspect = view.axes, size[0] / size[1]
         centre, half = (CORNER[0] / self._aspect, CORNER[1]), (CORNER[1] / self._aspect, CORNER[1])
         renderer = vtkRenderer()
@@ -141,8 +142,10 @@ class CornerTriad:
         renderer.InteractiveOff()
         plotter.render_window.SetNumberOfLayers(2)
         plotter.render_window.AddRenderer(renderer)
-        self._actor = triad_actor(theme, np.ones(3), thickness=0.07)
-        renderer.AddViewProp(self._actor)
+        self._actor = arrows_actor(theme.axes, np.ones(3), thickness=0.07)
+        self._arrows = [arrows_actor([colour], np.ones(1), 0.07) for colour in colours[3:]]
+        for actor in (self._actor, *self._arrows):
+            renderer.AddViewProp(actor)
         camera = renderer.GetActiveCamera()
         camera.SetParallelProjection(True)
         camera.SetParallelScale(CORNER[1] / CORNER_ARM)
@@ -153,13 +156,17 @@ class CornerTriad:
         self._renderer = renderer
         self._labels = [
             (add_text(plotter.renderer, name, (0, 0), size[1] * LETTER, colour, "center center", bold=True), len(name))
-            for name, colour in zip(names, theme.axes, strict=True)
+            for name, colour in zip(names, colours, strict=True)
         ]
 
-    def show(self, C_VR: Array) -> None:
-        """Turn to the attitude of the reference frame (3, 3), direction cosines, in the camera's frame."""
+    def show(self, C_VR: Array, directions: Array) -> None:
+        """Turn to the attitude of the reference frame (3, 3) and to directions (n, 3), in the camera's frame."""
         self._actor.SetUserMatrix(pose_matrix(np.zeros(3), C_VR))
-        for (actor, letters), (x, y) in zip(self._labels, (self._axes[:2] @ C_VR).T, strict=True):
+        for arrow, direction in zip(self._arrows, directions, strict=True):
+            side = np.linalg.svd(direction[None])[2][1]
+            arrow.SetUserMatrix(pose_matrix(np.zeros(3), np.stack([direction, side, np.cross(direction, side)], 1)))
+        tips = np.concatenate([C_VR.T, directions]) @ self._axes[:2].T
+        for (actor, letters), (x, y) in zip(self._labels, tips, strict=True):
             offset = 0.02 + 0.3 * LETTER * letters * abs(x)  # half the word's width lies beyond the tip
             length = np.hypot(x, y)
             if length < END_ON:
@@ -169,13 +176,13 @@ class CornerTriad:
             actor.SetPosition((CORNER[0] + right) / self._aspect, CORNER[1] + up)
 
 
-def triad_actor(theme: Theme, lengths: Array, thickness: float) -> Any:
-    """Three arrows along x, y and z of those lengths (3,) [m]; the radius of their tips is `thickness` [m]."""
+def arrows_actor(colours: Sequence[str], lengths: Array, thickness: float) -> Any:
+    """Arrows along x, y and z of those lengths (n,) [m], n up to 3; the radius of their tips is `thickness` [m]."""
     import pyvista as pv
     from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
     arrows = []
-    for direction, colour, length in zip(np.eye(3), theme.axes, lengths, strict=True):
+    for direction, colour, length in zip(np.eye(3)[: len(lengths)], colours, lengths, strict=True):
         tip = thickness / length
         shape = {"tip_length": 4.0 * tip, "tip_radius": tip, "shaft_radius": 0.42 * tip, "scale": length}
         arrow = pv.Arrow(direction=direction, **shape)

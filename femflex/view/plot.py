@@ -22,6 +22,7 @@ from femflex.view.second_run import (
     title_of,
 )
 from femflex.view.spectrum import WINDOW, amplitude_spectrum
+from femflex.view.surroundings import shade_eclipses
 from femflex.view.theme import Theme, theme_of
 from femflex.view.units import time_unit
 from femflex.writing import atomic_file
@@ -62,6 +63,7 @@ def plot_histories(
         ax.set_ylabel(_ordinate(group))
         ax.margins(x=0)
         fit_limits(ax, group)
+        shade_eclipses(ax, run, seconds, colours)
         if second_run is not None:
             name_second(ax, group, run, second_run, colours)
             mark_end(ax, group, second_run, (seconds, unit), colours)

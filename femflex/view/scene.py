@@ -18,11 +18,12 @@ from femflex.view.overlay import (
     add_colour_bar,
     add_length_scale,
     add_text,
+    arrows_actor,
     pose_matrix,
-    triad_actor,
 )
 from femflex.view.plan import ScenePlan
 from femflex.view.surface import MESH_LINE_GAP, VISIBLE, breadth, surface_of
+from femflex.view.surroundings import directions_of
 from femflex.view.units import clock
 from femflex.view.window import Image, open_window, place_camera, screenshot_of
 
@@ -73,7 +74,7 @@ class Scene:
         for name, sight in self._sights.items():
             sight.show(*(values[k] for values in moving.sights[name]))
         if self._corner is not None:
-            self._corner.show(moving.reference[k])
+            self._corner.show(moving.reference[k], np.array([v[k] for v in moving.directions.values()]).reshape(-1, 3))
         lengths = lengths_line({name: float(length[k]) for name, length in moving.lengths.items()})
         self._clock.SetInput(f"t = {clock(t, plan.span[1] - plan.span[0])}{lengths}" if len(self._run) > 1 else lengths)
 
@@ -109,10 +110,11 @@ class Scene:
 
     def _add_triads(self, look: Look, size: tuple[int, int]) -> None:
         for name, arm in self._plan.arms.items():
-            self._triads[name] = triad_actor(look.colours, arm, TIP * arm.min())
+            self._triads[name] = arrows_actor(look.colours.axes, arm, TIP * arm.min())
             self._plotter.renderer.AddViewProp(self._triads[name])
         orbital = "orbit/attitude" in self._run
-        names = ("normal", "up", "flight") if orbital else ("X", "Y", "Z")
+        axes = ("normal", "up", "flight") if orbital else ("X", "Y", "Z")
+        names = (*axes, *dict.fromkeys(directions_of(self._run).values()))
         self._corner = CornerTriad(self._plotter, self._plan.view, names, look.colours, size)
         text = f"{'orbital' if orbital else 'inertial'} axes" + "; arrows on bodies: x, y, z" * bool(self._triads)
         add_text(self._plotter.renderer, text, (0.02, 0.035), size[1] / 48, look.colours.faint, "left bottom")

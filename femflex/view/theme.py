@@ -33,6 +33,7 @@ class Theme:
     trace: str
     ghost: str  # undeformed outline
     axes: tuple[str, str, str]
+    directions: dict[str, str]  # of arrows to the sun and along fields, by their words
     elastic: tuple[str, float]
     signed: str
     lines: tuple[str, ...]
@@ -67,6 +68,7 @@ THEMES = {
         trace="#d1495b",
         ghost="#8a97a4",
         axes=("#d62f3c", "#2c9c4b", "#2b62d9"),
+        directions={"sun": "#c99700", "field": "#8b4fa3"},
         elastic=("viridis", 0.26),
         signed="coolwarm",
         lines=("#1f5fa8", "#d9622b", "#2f8f5b", "#8b4fa3", "#b8860b", "#118a9c", "#c2386b", "#5c6670"),
@@ -80,6 +82,7 @@ THEMES = {
         trace="#ff8a70",
         ghost="#7d8b9a",
         axes=("#ff5a5f", "#4fd06f", "#6a9bff"),
+        directions={"sun": "#ffd23f", "field": "#cf9be6"},
         elastic=("plasma", 0.22),
         signed="coolwarm",
         lines=("#6aaef5", "#ff9d5c", "#67d391", "#cf9be6", "#e8c35a", "#56cfe0", "#f57fa6", "#b4bec8"),

@@ -166,7 +166,7 @@ def channels_of_effector(effector: Effector) -> dict[str, Channel]:
         text = f"force or torque of {name} along its degrees of freedom"
         out["effort"] = Channel("N, N m", text, (f,), effector.freedoms, reported="effort" in effector.exerts)
     for channel, unit in effector.channels.items():
-        out[channel] = Channel(unit, f"{channel} of {name}", reported=channel not in effector.zeros)
+        out[channel] = Channel(unit, f"{channel} of {effector.kind} {name}", reported=channel not in effector.zeros)
     out["power"] = Channel("W", f"power that {name} gives to the motion", reported=effector.acts)
     for account, (unit, what) in ACCOUNTS.items():
         out[account] = Channel(unit, f"{what} by {name}", reported=account in effector.accounts)
