@@ -166,6 +166,7 @@ class CornerTriad:
             side = np.linalg.svd(direction[None])[2][1]
             arrow.SetUserMatrix(pose_matrix(np.zeros(3), np.stack([direction, side, np.cross(direction, side)], 1)))
         tips = np.concatenate([C_VR.T, directions]) @ self._axes[:2].T
+        used: list[Array] = []
         for (actor, letters), (x, y) in zip(self._labels, tips, strict=True):
             offset = 0.02 + 0.3 * LETTER * letters * abs(x)  # half the word's width lies beyond the tip
             length = np.hypot(x, y)
@@ -173,6 +174,9 @@ class CornerTriad:
                 right, up = -offset, -offset
             else:
                 right, up = (CORNER_ARM * c + offset * c / length for c in (x, y))
+            while any(np.hypot(right - x0, up - y0) < LETTER for x0, y0 in used):
+                up += LETTER  # above the word of an arrow of the same direction
+            used.append(np.array([right, up]))
             actor.SetPosition((CORNER[0] + right) / self._aspect, CORNER[1] + up)
 
 
