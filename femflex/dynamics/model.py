@@ -214,13 +214,13 @@ class Model(Summarised):
         return terms(self, times, states)
 
     def without(self, *names: str) -> Model:
-        """Return the model without a term (see `terms`), a load, "flexibility" (or a body's), or "nonlinear_strain".
+        """Return the model without terms (see `terms`), loads, effectors (or a kind), flexibility or nonlinear strain.
 
         A rigid, undamped, unloaded ... system is one in which the thing is not there. The inertia forces by degree in u
         and gravity are left out of the compiled equations instead; the monitors of energy still count what they stand
         for. Raises ValueError for a name that is not known, with those that are.
         """
-        resolved_names = tuple(dict.fromkeys(resolve_name(self, name) for name in names))
+        resolved_names = tuple(dict.fromkeys(full for name in names for full in resolve_name(self, name)))
         system = self.system
         for name in resolved_names:
             system = without_named(system, name)

@@ -10,6 +10,7 @@ from scipy.special import erf
 import femflex
 from femflex import Frame, Orbit, System, fem, rigid_body, simulate
 from femflex.body import Marker, Skin
+from femflex.dynamics import compile_system
 from femflex.effectors import (
     AirDrag,
     Atmosphere,
@@ -326,5 +327,7 @@ def test_small_motions_of_a_ball_behind_its_pivot():
     craft = with_effectors(System({"hub": body}, [universal("hub", axes=((0, 1, 0), (0, 0, 1)))]), nouns)
     found = femflex.equilibrium(craft)
     assert found.share == 1.0
+    model = compile_system(craft)
+    assert not [path for path in model.without("solar_pressure").channels if path.startswith("effectors/light")]
     omega = np.sqrt(PRESSURE * np.pi * 2.0 / 4e-3)
     np.testing.assert_allclose(np.sort(np.abs(found.eigenvalues.imag)), omega, rtol=6e-3)

@@ -24,7 +24,7 @@ from femflex.dynamics.terms.equation_terms import BY_NAME
 from femflex.dynamics.terms.reduced import reduced_rate
 from femflex.dynamics.terms.reduced_constraints import reduced_constrained_rate
 from femflex.dynamics.workspace import Workspace
-from femflex.system import System
+from femflex.system import Effector, System
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -72,13 +72,20 @@ def switchable_names(model: Model) -> list[str]:
     return [*names, *([FLEXIBILITY] if flexible else []), *(f"{FLEXIBILITY}/{name}" for name in flexible)]
 
 
-def resolve_name(model: Model, name: str) -> str:
-    """Return the full name of a part that can be switched off; a load may be named alone, stiffness as K1."""
+def resolve_name(model: Model, name: str) -> tuple[str, ...]:
+    """Return the full names of parts that can be switched off.
+
+    A load may be named alone, stiffness as K1; effectors of one kind together, as in "solar_pressure".
+    """
     names = switchable_names(model)
     name = SHORT.get(name, name)
     for full in (name, *(folder + name for folder in folders())):
         if full in names:
-            return full
+            return (full,)
+    effectors = (effector for effector in model.system.effectors if isinstance(effector, Effector))
+    paths = (f"effectors/{effector.name}" for effector in effectors if effector.kind.replace(" ", "_") == name)
+    if of_kind := tuple(path for path in paths if path in names):
+        return of_kind
     if name == "inertia":
         reason = "'inertia' cannot be switched off: without it there is no motion to solve for."
     elif name.startswith(DRIVES):
