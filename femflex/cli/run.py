@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from femflex.results import FileLock, Run
 
 HELP_WITHOUT = (
-    "Switch off by name: gravity_gradient,gyroscopic, a load, an effector or a kind such as solar_pressure, flexibility, "
-    "nonlinear_strain; may be repeated."
+    "Switch off by name: gravity_gradient,gyroscopic, a load, an effector or a kind such as solar_pressure, "
+    "flexibility, nonlinear_strain; may be repeated."
 )
 
 
