@@ -18,7 +18,6 @@ from femflex.system import Effector, System
 from femflex.warning import PhysicsWarning
 
 ENERGIES = ("kinetic", "elastic", "spring", "load")  # the change of the energy is relative to the largest of these
-CIRCULAR = 1e-9  # eccentricity below which an orbit is circular
 NOTHING = 1e-30  # J: rounding
 
 
@@ -88,5 +87,5 @@ def conserved_monitors(system: System, without: Sequence[str] = ()) -> list[str]
     if effectors:
         return []
     if system.orbit.free:
-        return ["monitors/energy"]
-    return ["monitors/jacobi"] if system.orbit.eccentricity < CIRCULAR else []
+        return [] if system.environment.third_bodies else ["monitors/energy"]
+    return ["monitors/jacobi"] if system.orbit.is_steady else []

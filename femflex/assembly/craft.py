@@ -46,7 +46,7 @@ def build_craft(case: Case, parts: Mapping[str, Part]) -> Craft:
             return None
 
     environment = case.environment
-    context = Context(nouns, case.path.parent, parts, build_orbit(case.orbit), environment.epoch, case.orbit.radius)
+    context = Context(nouns, case.path.parent, parts, build_orbit(case), environment.epoch, case.orbit.radius)
     built, bodies = acting_on(parts, nouns, context, attempt)
     problems += [] if problems else signal_problems(case, built)
     tanks = {name: noun for name, noun in nouns.items() if getattr(noun, "body", "") in bodies}

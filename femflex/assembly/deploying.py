@@ -51,7 +51,7 @@ def build_deploying(case: Case, name: str, table: DeployingTable, modes: int | N
 
     Raises CaseError if its length does not fit the table.
     """
-    orbit = build_orbit(case.orbit)
+    orbit = build_orbit(case)
     options: dict[str, Any] = {
         "stock": table.stock,
         "until": case.run.length(None if orbit is None else orbit.period),

@@ -30,7 +30,7 @@ def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
         craft = build_craft(case, parts)
         joint, parts = root_joint(case, craft.parts)
         joints = (*(() if joint is None else (joint,)), *build_joints(case))
-        orbit = build_orbit(case.orbit)
+        orbit = build_orbit(case)
         system = assembled(
             parts,
             joints,
@@ -50,6 +50,7 @@ def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
                 case.environment.oblateness,
                 case.orbit.radius,
                 case.environment.epoch,
+                tuple(case.environment.third_bodies),
             ),
             effectors=craft.effectors,
             varying=craft.varying,

@@ -24,6 +24,7 @@ from femflex.case.stability import StabilityTable
 from femflex.effectors.noun import EffectorNoun
 from femflex.effectors.registry import nouns
 from femflex.noun.table import Name, Table, refuse
+from femflex.system.environment import EARTH_J2
 from femflex.system.load import Load
 from femflex.system.spring import Spring
 
@@ -92,9 +93,14 @@ class Case(Table):
     def _orbit_keys_need_an_orbit(self) -> Case:
         if self.run.orbits is not None and self.orbit.kind == "none":
             refuse("run.orbits needs an orbit; give duration, or an [orbit]")
-        surrounding = self.environment.model_fields_set & {"attraction", "oblateness"}
+        surrounding = self.environment.model_fields_set & {"attraction", "oblateness", "third_bodies"}
         if surrounding and self.orbit.kind == "none":
             refuse(f"environment.{min(surrounding)} needs an orbit; give an [orbit], or leave it out")
+        if self.orbit.secular_rates and not self.environment.oblateness[0]:
+            refuse(
+                "orbit.secular_rates are those of J2, and none is given; give environment.oblateness, such as "
+                f"{EARTH_J2:g}"
+            )
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:

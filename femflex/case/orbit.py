@@ -15,7 +15,10 @@ BodyAxis = Literal["x", "y", "z", "-x", "-y", "-z"]
 
 
 class OrbitTable(Table):
-    """A Kepler orbit. Orbital frame: x0 along the orbit normal, y0 outward vertical, z0 in flight direction."""
+    """A Kepler orbit, or one that drifts.
+
+    Orbital frame: x0 along the orbit normal, y0 outward vertical, z0 in flight direction.
+    """
 
     kind: Literal["none", "specified", "free"] = "specified"
     """none; specified: the centre of mass stays on the ellipse; free: its motion is solved for."""
@@ -33,6 +36,9 @@ class OrbitTable(Table):
     """Argument of the perigee."""
     true_anomaly: Angle = 0.0
     """True anomaly at t = 0; 0 is the perigee."""
+    secular_rates: StrictBool = False
+    """Whether node, perigee and mean anomaly of a specified orbit drift as J2 (environment.oblateness) makes them drift
+    on average."""
     mu: Annotated[float, Quantity("m^3/s^2", above=0.0)] = 3.986004418e14
     """Gravitational parameter of the central body. Default: the Earth's."""
     radius: PositiveLength = 6378137.0
@@ -48,6 +54,11 @@ class OrbitTable(Table):
                     "or 'free'"
                 )
             return self
+        if self.kind == "free" and self.secular_rates:
+            refuse(
+                "found secular_rates = true with kind = 'free'; a free orbit drifts by the forces that act on it: "
+                "leave secular_rates out, or set kind = 'specified'"
+            )
         exactly_one(self, ("perigee_altitude", "semi_major_axis"))
         if self.perigee_radius < self.radius:
             refuse(

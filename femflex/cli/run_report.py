@@ -107,6 +107,8 @@ def print_moved_start(prepared: Prepared) -> None:
 def _orbit_lines(prepared: Prepared) -> list[str]:
     from math import degrees
 
+    from femflex.effectors.surroundings.earth import DAY
+
     orbit, table = prepared.system.orbit, prepared.case.orbit
     if orbit is None:
         g = prepared.system.environment.gravity
@@ -121,7 +123,12 @@ def _orbit_lines(prepared: Prepared) -> list[str]:
         f"            period {orbit.period:.6g} s, n = {orbit.mean_motion:.6g} rad/s, true anomaly "
         f"{degrees(orbit.true_anomaly):.4g} deg at t = 0"
     )
-    return [text, motion, *_attraction_lines(prepared.system)]
+    node, perigee, anomaly = (degrees(r * DAY) for r in (orbit.node_rate, orbit.perigee_rate, orbit.anomaly_rate))
+    drift = (
+        f"            drifts by {node:.6g} deg (node), {perigee:.6g} deg (perigee) and {anomaly:.6g} deg (mean "
+        "anomaly) per day"
+    )
+    return [text, motion, *([drift] if orbit.drifts else []), *_attraction_lines(prepared.system)]
 
 
 def _attraction_lines(system: System) -> list[str]:
@@ -140,8 +147,11 @@ def _attraction_lines(system: System) -> list[str]:
             f"distance from the centre (auto integrates from {LARGE_RATIO:g} on); the gradient has an error of "
             f"{extent.error:.2%} there"
         )
-    if environment.oblateness:
-        lines.append(f"oblateness  J2 = {environment.oblateness:.9g}, pole along the inertial Z axis")
+    if environment.zonals.size:
+        text = ", ".join(f"J{n} = {J:.9g}" for n, J in enumerate(environment.zonals, 2))
+        lines.append(f"oblateness  {text}, pole along the inertial Z axis")
+    if environment.third_bodies:
+        lines.append(f"tides       of {' and '.join(environment.third_bodies)}")
     return lines
 
 

@@ -32,8 +32,9 @@ def has_springs(system: System) -> bool:
 
 
 def is_supplied(system: System) -> bool:
-    """Whether an element may supply power: a load whose potential is not part of the energy, or an effector."""
+    """Whether an element may supply power: a load whose potential is not part of the energy, an effector, or a tide."""
     acting = any(isinstance(e, Effector) and e.acts for e in system.effectors)
+    acting = acting or bool(system.environment.third_bodies)
     return acting or accounts_for(system, "supplied") or len(conservative_loads(system)) < len(system.loads)
 
 

@@ -46,6 +46,7 @@ from femflex.effectors.surfaces.solar_pressure import SolarPressure
 from femflex.effectors.surfaces.surface import Surface
 from femflex.effectors.surroundings.atmosphere import Atmosphere
 from femflex.effectors.surroundings.magnetic_field import MagneticField
+from femflex.effectors.surroundings.moon import Moon
 from femflex.effectors.surroundings.sun import Sun
 from femflex.effectors.tank import Tank
 from femflex.effectors.thruster import LevelTable, PulseTrain, Thruster
@@ -69,6 +70,7 @@ __all__ = [
     "MagneticField",
     "MarkerPair",
     "MomentumManagement",
+    "Moon",
     "Mounted",
     "Notch",
     "Observer",

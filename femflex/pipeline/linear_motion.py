@@ -24,7 +24,6 @@ from scipy.linalg import expm
 
 from femflex.arrays import Array, IntArray
 from femflex.dynamics.equilibria.closed_motion import refuse_rolling
-from femflex.dynamics.equilibria.frozen import CIRCULAR
 from femflex.dynamics.equilibria.increments import advanced
 from femflex.dynamics.equilibria.linearised import free_directions, is_prescribed, linearised, usual_sizes
 from femflex.dynamics.equilibria.states import effector_states
@@ -370,4 +369,4 @@ def increment(model: Model, q: Array, p: Array) -> Array:
 def _turning_orbit(system: System) -> bool:
     """Whether gravity or the frame's rate changes along the orbit."""
     orbit = system.orbit
-    return orbit is not None and (orbit.eccentricity > CIRCULAR or system.frame.kind != "orbital")
+    return orbit is not None and (not orbit.is_steady or system.frame.kind != "orbital")

@@ -7,7 +7,7 @@ from femflex.system.channel import Channel
 from femflex.system.constraint import Nonholonomic, knife_edge, rolling_disc, velocity_rows
 from femflex.system.controller import Controller
 from femflex.system.effector import Effector, StateEvent
-from femflex.system.environment import EARTH_J2, STANDARD_GRAVITY, Environment
+from femflex.system.environment import EARTH_J2, EARTH_ZONALS, STANDARD_GRAVITY, Environment
 from femflex.system.joint import Joint
 from femflex.system.kinds import (
     JOINTS,
@@ -39,6 +39,7 @@ from femflex.system.variation import Block, Variation
 __all__ = [
     "EARTH_J2",
     "EARTH_RADIUS",
+    "EARTH_ZONALS",
     "JOINTS",
     "MU_EARTH",
     "STANDARD_GRAVITY",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -24,11 +24,13 @@ from femflex.system.joint_coordinates import latch_start_problems
 from femflex.system.kept_values import keep_problems
 from femflex.system.length_table import LengthTable
 from femflex.system.load import Load
-from femflex.system.orbit import ORBIT_SIGNALS, Frame, Orbit
+from femflex.system.orbit import EARTH_RADIUS, MU_EARTH, ORBIT_SIGNALS, Frame, Orbit
 from femflex.system.segments import Part, effector_at_segments, with_segment_names, with_segments
 from femflex.system.sight import Sight
 from femflex.system.spring import Spring
 from femflex.system.variation import Variation
+
+ALIKE = 1e-2  # of mu, up to which a central body counts as the Earth
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -272,7 +274,35 @@ class System(Summarised):
                 "a specified orbit eliminates the root's translation; "
                 f"joint {label!r} must be spherical, weld or turning, not {kind}"
             ]
-        return []
+        return [*self._attraction_problems(self.orbit)]
+
+    def _attraction_problems(self, orbit: Orbit) -> Iterator[str]:
+        """Problems of zonal harmonics and third bodies that do not fit the orbit."""
+        environment, perigee = self.environment, orbit.semi_major_axis * (1.0 - orbit.eccentricity)
+        of_earth = abs(orbit.mu / MU_EARTH - 1.0) < ALIKE
+        if environment.zonals.size and environment.radius == EARTH_RADIUS and not of_earth:
+            yield (
+                f"oblateness of a body whose mu is {orbit.mu:.4g} m^3/s^2 has the Earth's radius; give the radius that "
+                "its J2 is defined with"
+            )
+        elif environment.zonals.size and perigee < environment.radius:
+            yield (
+                f"the perigee is {perigee / 1e3:.6g} km from the centre, inside the body, whose radius is "
+                f"{environment.radius / 1e3:.6g} km; its oblateness acts on orbits outside it"
+            )
+        if not environment.third_bodies:
+            return
+        names = " and ".join(environment.third_bodies)
+        if not orbit.free:
+            yield (
+                f"environment.third_bodies has {names}, and the orbit is specified, so that their tides cannot change "
+                "it; set orbit.kind = 'free', or leave them out"
+            )
+        if not of_earth:
+            yield (
+                f"environment.third_bodies has {names}, whose places are those seen from the Earth, and the orbit's mu "
+                f"is {orbit.mu:.4g} m^3/s^2; leave them out"
+            )
 
     def _name_problems(self) -> list[str]:
         out = self._illegal_names()

@@ -13,7 +13,6 @@ from femflex.system.fixed_length import moving_lengths, with_fixed_lengths
 from femflex.system.joint_coordinates import OPEN, RELEASED
 
 ROUNDING = 1e-12  # relative; gravity this nearly along the axis of spin is along it
-CIRCULAR = 1e-9  # eccentricity below which an orbit counts as circular
 
 
 def frozen_system(system: System, at: float | None = None) -> System:
@@ -99,10 +98,11 @@ def _orbit_problems(system: System) -> list[str]:
     if orbit is None:
         return []
     out = []
-    if orbit.eccentricity > CIRCULAR:
+    if not orbit.is_steady:
+        drift = f" and its node's rate {orbit.node_rate:g} rad/s" if orbit.node_rate else ""
         out.append(
-            f"the orbit's eccentricity is {orbit.eccentricity:g}, and gravity and its frame's rate change along it; "
-            "an equilibrium in orbit needs a circular one"
+            f"the orbit's eccentricity is {orbit.eccentricity:g}{drift}, and gravity or its frame's rate change along "
+            "it; an equilibrium in orbit needs a circular one that keeps its plane"
         )
     if kind != "orbital":
         out.append(

@@ -1,22 +1,16 @@
-"""Attraction of the central body beyond the gradient form (eq. 6): exact over points of mass, and its oblateness.
+"""Attraction beyond the gradient form (eq. 6): exact over points of mass, zonal harmonics, tides of Sun and Moon.
 
 What the equations hold already is the attraction linear over the craft about its centre of mass c, at a0 = R + c on a
-free orbit (with the mu/a0^4 force of its quadrupole) or about O on a specified one. With e = (r - c)/a0, l the unit
-vector from the centre to there, q = 2 l.e + e.e and s = (1 + q)^(-3/2), a point is attracted in addition by
-
-    -(mu/a0^2) [l (s - 1 + 3 l.e) + e (s - 1)]   less the quadrupole's force per mass
-
-without cancellation by Battin's function, 1/s - 1 = q (3 + 3 q + q^2) / (1 + (1 + q)^(3/2)). Of J2 (pole k, radius R_e)
-
-    a = -3/2 J2 mu R_e^2/r^5 [(1 - 5 (k.r)^2/r^2) r + 2 (k.r) k]        U = J2 mu R_e^2/(2 r^3) [3 (k.r)^2/r^2 - 1]
-
-where a specified orbit keeps what acts at O, which it holds on its ellipse.
+free orbit (with the mu/a0^4 force of its quadrupole) or about O on a specified one. A point is attracted in addition as
+in `femflex.dynamics.forces.potentials`: by the rest of -mu R/|R|^3 less the quadrupole's force per mass; by the zonal
+harmonics, of which a specified orbit keeps what acts at O; and by the tides of third bodies, on a free orbit alone.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,9 +19,10 @@ from femflex.arrays import Array, Record, Table
 from femflex.body.mass_points import MassPoints, points_of_moments
 from femflex.dynamics.bodies.shapes import combined
 from femflex.dynamics.force_terms.registry import ForceTerm, Records
-from femflex.dynamics.forces.calls import A_ENERGY, APPLY, REPORT
+from femflex.dynamics.forces.calls import A_ENERGY, A_SUPPLIED, APPLY, REPORT
 from femflex.dynamics.forces.gravity import find_center_of_mass, gravity_field, inertia_along
 from femflex.dynamics.forces.marker_forces import push_on_body
+from femflex.dynamics.forces.potentials import beyond_gradient, tide, zonal
 from femflex.dynamics.lowering.layout import (
     ENERGY_LOAD,
     ORBIT_FREE,
@@ -39,6 +34,9 @@ from femflex.dynamics.lowering.layout import (
 )
 from femflex.dynamics.lowering.pool import Pool, Scratch
 from femflex.dynamics.lowering.unit_block import WORKED
+from femflex.effectors.surroundings.earth import DAY
+from femflex.effectors.surroundings.moon import moon_of_date
+from femflex.effectors.surroundings.sun import AU, sun_of_date
 from femflex.kernels.compiled import inner
 from femflex.kernels.entries import entry
 from femflex.kernels.lanes import offset, padded
@@ -58,15 +56,18 @@ from femflex.kernels.vectors import (
 )
 from femflex.system import MovingPoints, System
 from femflex.system.attraction import is_integrated, moving_points_of
+from femflex.system.environment import THIRD_BODIES
 from femflex.system.length_table import HEAD
 
-ITEM = np.dtype([(name, "i8") for name in ("kind", "bodies", "n_bodies", "data")])  # data: pool, J2 R_e^2
+ITEM = np.dtype([(name, "i8") for name in ("kind", "bodies", "n_bodies", "data", "highest")])
+# data: pool, J_n R_e^n up to the highest degree; of a third body its mu, and the epoch
 GROUP = np.dtype([(name, "i8") for name in ("body", "n", "points", "shapes", "bends", "along")])
 # pool: points (n, 4) and shapes (n, 3, wide); of a member that deploys points (n, 8) and shapes (n, 4, 3, wide) as
 # MovingPoints has them, and along: its direction (3), 0, and rows (3, wide) for the shapes of one point
 N_ITEM, N_GROUP = len(ITEM.names or ()), len(GROUP.names or ())
-EXACT, OBLATE = 0, 1
-NAMES = ("exact", "oblateness")
+EXACT, OBLATE, SUN, MOON = 0, 1, 2, 3
+NAMES = ("exact", "oblateness", "sun", "moon")
+STEP = 10.0  # s, of the difference over time of a tide's potential
 
 item_at = record_reader(ITEM)
 group_at = record_reader(GROUP)
@@ -87,30 +88,6 @@ def reference(table: Table, pool: Array, work: Array) -> tuple[Vector, Vector, f
     J_l, trace = inertia_along(l, c, table, pool, work)
     pull = add(scale(-3.0 * trace + 15.0 * dot(l, J_l), l), scale(-6.0, J_l))
     return c, l, a0, scale(0.5 * pool[head["orbit_data"]] / (a0**4 * pool[head["mass"]]), pull)
-
-
-@inner
-def beyond_gradient(mu: float, a0: float, l: Vector, d: Vector) -> tuple[Vector, float]:
-    """Attraction beyond its gradient at d from the point of expansion, and its potential, per mass."""
-    e = scale(1.0 / a0, d)
-    le, ee = dot(l, e), dot(e, e)
-    q = 2.0 * le + ee
-    root = math.sqrt(1.0 + q)
-    f = q * (3.0 + q * (3.0 + q)) / (1.0 + (1.0 + q) * root)
-    s = -f / (1.0 + f)
-    a = scale(-mu / (a0 * a0), add(scale(s + 3.0 * le, l), scale(s, e)))
-    return a, mu / a0 * (q / (root * (1.0 + root)) - le - 0.5 * ee + 1.5 * le * le)
-
-
-@inner
-def oblate(strength: float, r: Vector) -> tuple[Vector, float]:
-    """Attraction of J2 at r from the centre, inertial components, and its potential, per mass; strength J2 mu R_e^2."""
-    r2 = dot(r, r)
-    r1 = math.sqrt(r2)
-    z2 = r[2] * r[2] / r2
-    k = -1.5 * strength / (r2 * r2 * r1)
-    a = add(scale(k * (1.0 - 5.0 * z2), r), (0.0, 0.0, 2.0 * k * r[2]))
-    return a, 0.5 * strength / (r2 * r1) * (3.0 * z2 - 1.0)
 
 
 @inner
@@ -154,19 +131,36 @@ def position_of_point(g: Record, k: int, pool: Array, work: Array, table: Table)
 
 
 @inner
+def third_body(item: Record, t: float, pool: Array) -> Vector:
+    """Place of Sun or Moon from the centre [m], inertial components; zero of the central body."""
+    if item["kind"] == SUN:
+        return scale(AU, sun_of_date(pool[item["data"] + 1] + t / DAY))
+    if item["kind"] == MOON:
+        return moon_of_date(pool[item["data"] + 1] + t / DAY)
+    return ZERO
+
+
+@inner
+def left_out(item: Record, mu: float, R: Vector, quadrupole: Vector, free: int, pool: Array) -> tuple[Vector, float]:
+    """Acceleration and potential per mass that an item leaves out: the quadrupole's, and at O of a specified orbit."""
+    if item["kind"] == EXACT:
+        return quadrupole, 0.0
+    if item["kind"] == OBLATE and not free:
+        return zonal(mu, offset(pool, item["data"]), item["highest"], R)
+    return ZERO, 0.0
+
+
+@inner
 def attraction_at(
-    kind: int, strength: float, mu: float, c: Vector, l: Vector, a0: float, quadrupole: Vector, d: Vector, free: int
+    item: Record, mu: float, l: Vector, a0: float, d: Vector, third: Vector, pool: Array
 ) -> tuple[Vector, float]:
-    """Return the acceleration by an item of the term at d from c, inertial components, and its potential, per mass."""
-    if kind == EXACT:
-        a, U = beyond_gradient(mu, a0, l, d)
-        return sub(a, quadrupole), U
-    R = scale(a0, l)
-    a, U = oblate(strength * mu, add(R, d))
-    if not free:
-        at_O, U_O = oblate(strength * mu, R)
-        return sub(a, at_O), U - U_O + dot(at_O, d)
-    return a, U
+    """Return the acceleration by an item at d from a0 l, inertial components, and its potential, per mass."""
+    if item["kind"] == EXACT:
+        return beyond_gradient(mu, a0, l, d)
+    r, data = add(scale(a0, l), d), item["data"]
+    if item["kind"] == OBLATE:
+        return zonal(mu, offset(pool, data), item["highest"], r)
+    return tide(pool[data], third, r)
 
 
 @entry(APPLY)
@@ -179,7 +173,8 @@ def apply(
     mu, free = pool[head["orbit_data"]], head["orbit"] == ORBIT_FREE
     for i in range(first, last):
         item = item_at(table, records + N_ITEM * i)
-        strength = pool[item["data"]]
+        third = third_body(item, t, pool)
+        a_out, _ = left_out(item, mu, scale(a0, l), quadrupole, free, pool)
         for j in range(item["n_bodies"]):
             g = group_at(table, item["bodies"] + N_GROUP * j)
             b = body_of(table, g["body"])
@@ -197,8 +192,8 @@ def apply(
                         ZERO,
                     )
                     shape = g["shapes"] + 3 * b["wide"] * k
-                a, _ = attraction_at(item["kind"], strength, mu, c, l, a0, quadrupole, add(p, turn_back(C, r)), free)
-                force = scale(mass, turn(C, a))
+                a, _ = attraction_at(item, mu, l, a0, add(p, turn_back(C, r)), third, pool)
+                force = scale(mass, turn(C, sub(a, a_out)))
                 push_on_body(b, force, ZERO, r, UNIT, g["bends"], shape, shape, pool, work)
                 if g["along"] > 0 and b["unit"] > 0:
                     pool[b["unit"] - WORKED] += dot(force, velocity_per_rate)
@@ -217,13 +212,16 @@ def report(
     pool: Array,
     work: Array,
 ) -> None:
-    """Potential energy of all points beyond that of the gradient form."""
+    """Potential energy of all points beyond that of the gradient form, and the power of a potential that moves."""
     head = header_of(table)
     c, l, a0, quadrupole = reference(table, pool, work)
     mu, free = pool[head["orbit_data"]], head["orbit"] == ORBIT_FREE
     for i in range(n):
         item = item_at(table, records + N_ITEM * i)
-        strength = pool[item["data"]]
+        moves = item["kind"] == SUN or item["kind"] == MOON
+        third = third_body(item, t, pool)
+        _, U_out = left_out(item, mu, scale(a0, l), quadrupole, free, pool)
+        before, after = third_body(item, t - STEP, pool), third_body(item, t + STEP, pool)
         for j in range(item["n_bodies"]):
             g = group_at(table, item["bodies"] + N_GROUP * j)
             b = body_of(table, g["body"])
@@ -235,8 +233,12 @@ def report(
                 else:
                     r, mass = position_of_point(g, k, pool, work, table), pool[g["points"] + 4 * k]
                 d = add(p, turn_back(C, r))
-                _, U = attraction_at(item["kind"], strength, mu, c, l, a0, quadrupole, d, free)
-                account[A_ENERGY] += mass * U
+                _, U = attraction_at(item, mu, l, a0, d, third, pool)
+                account[A_ENERGY] += mass * (U - U_out)
+                if moves:
+                    R = add(scale(a0, l), d)
+                    rise = tide(pool[item["data"]], after, R)[1] - tide(pool[item["data"]], before, R)[1]
+                    account[A_SUPPLIED] += mass * rise / (2.0 * STEP)
 
 
 class Attraction(ForceTerm):
@@ -248,22 +250,31 @@ class Attraction(ForceTerm):
     def items(self, system: System) -> list[str]:
         if system.orbit is None:
             return []
-        present = is_integrated(system), system.environment.oblateness != 0.0
-        return [name for name, is_present in zip(NAMES, present, strict=True) if is_present]
+        environment = system.environment
+        present = is_integrated(system), len(environment.zonals) > 0
+        central = [name for name, is_present in zip(NAMES, present, strict=False) if is_present]
+        return [*central, *(name for name in NAMES[SUN:] if name in environment.third_bodies)]
 
     def lower(self, system: System, head: Record, bodies: Records, pool: Pool, scratch: Scratch, at: int) -> Table:
         items = self.items(system)
+        environment, zonals = system.environment, system.environment.zonals
+        strengths = zonals * environment.radius ** np.arange(2, 2 + len(zonals))
         groups = np.array([lowered_points(system, name, pool) for name in system.order], GROUP)
         records = np.zeros(len(items), ITEM)
         for record, name in zip(records, items, strict=True):
             record["kind"], record["n_bodies"] = NAMES.index(name), len(groups)
             record["bodies"] = at + N_ITEM * len(items)
-            record["data"] = pool.add([system.environment.oblateness * system.environment.radius**2])
+            third = name in THIRD_BODIES
+            record["data"] = pool.add([THIRD_BODIES[name], environment.epoch or 0.0] if third else strengths)
+            record["highest"] = 1 + len(zonals)
         return np.concatenate([records.view(np.int64).ravel(), groups.view(np.int64).ravel()])
 
     def without_item(self, system: System, item: str) -> System:
-        change = {"attraction": "gradient"} if item == NAMES[EXACT] else {"oblateness": 0.0}
-        return replace(system, environment=replace(system.environment, **change))
+        environment = system.environment
+        change: dict[str, Any] = {"third_bodies": tuple(name for name in environment.third_bodies if name != item)}
+        if item in NAMES[:SUN]:
+            change = {"attraction": "gradient"} if item == NAMES[EXACT] else {"oblateness": 0.0}
+        return replace(system, environment=replace(environment, **change))
 
 
 def lowered_points(system: System, name: str, pool: Pool) -> NDArray[np.void]:

@@ -1,4 +1,4 @@
-"""Motion of the base frame: inertial axes, uniform spin, or the orbital frame on a Kepler ellipse."""
+"""Motion of the base frame: inertial axes, uniform spin, or the orbital frame on an ellipse."""
 
 from __future__ import annotations
 
@@ -22,6 +22,9 @@ from femflex.kernels.turns import axis_turn
 from femflex.kernels.vectors import (
     UNIT,
     ZERO,
+    Vector,
+    add,
+    cross,
     load3,
     load9,
     product,
@@ -30,8 +33,11 @@ from femflex.kernels.vectors import (
     store9,
     transpose,
     turn,
+    turn_back,
 )
 
+POLE: Vector = (0.0, 0.0, 1.0)  # inertial components
+NORMAL: Vector = (1.0, 0.0, 0.0)  # to the orbit, orbital components
 KEPLER_STEPS = 30  # Newton steps at most; from E = M + e sin M + ... ten are enough below e = 0.99
 
 
@@ -50,10 +56,13 @@ def eccentric_anomaly(mean: float, e: float) -> float:
 
 @inner
 def move_orbit(t: float, table: Table, pool: Array, work: Array) -> None:
-    """Write the orbit's state at t: radius, the true anomaly's rate, acceleration and value, C_NO, place, velocity."""
+    """Write the orbit's state at t: radius, rate of the orbital frame, C_NO, place, velocity, acceleration, anomaly.
+
+    Rate and acceleration of the frame stand in its own components.
+    """
     head = header_of(table)
     d, o = head["orbit_data"], head["orbit_state"]
-    mu, a, e, n, M0 = pool[d], pool[d + 1], pool[d + 2], pool[d + 3], pool[d + 4]
+    mu, a, e, n, M0 = pool[d + 14], pool[d + 1], pool[d + 2], pool[d + 3], pool[d + 4]
     E = eccentric_anomaly(M0 + n * t, e)
     cos_E, sin_E = math.cos(E), math.sin(E)
     radius = a * (1.0 - e * cos_E)
@@ -61,15 +70,34 @@ def move_orbit(t: float, table: Table, pool: Array, work: Array) -> None:
     cos_nu, sin_nu = a * (cos_E - e) / radius, a * root * sin_E / radius
     rate = math.sqrt(mu * a) * root / (radius * radius)
     radius_rate = math.sqrt(mu / a) / root * e * sin_nu
-    work[o] = radius
-    work[o + 1] = rate
-    work[o + 2] = -2.0 * radius_rate * rate / radius
-    work[o + 3] = E + 2.0 * math.atan2(e * sin_E, 1.0 + root - e * cos_E)
     C_NP = load9(pool, d + 5)
     C_PO = (0.0, cos_nu, -sin_nu, 0.0, sin_nu, cos_nu, 1.0, 0.0, 0.0)
+    work[o] = radius
+    store3(work, o + 1, (rate, 0.0, 0.0))
     store9(work, o + 4, product(C_NP, C_PO))
     store3(work, o + 13, turn(C_NP, (radius * cos_nu, radius * sin_nu, 0.0)))
     store3(work, o + 16, turn(C_NP, (-math.sqrt(mu / a) / root * sin_nu, math.sqrt(mu / a) / root * (e + cos_nu), 0.0)))
+    store3(work, o + 19, (-2.0 * radius_rate * rate / radius, 0.0, 0.0))
+    work[o + 22] = E + 2.0 * math.atan2(e * sin_E, 1.0 + root - e * cos_E)
+    if pool[d + 15] != 0.0 or pool[d + 16] != 0.0:
+        turn_orbit(t, pool[d + 15], pool[d + 16], o, work)
+
+
+@inner
+def turn_orbit(t: float, node_rate: float, perigee_rate: float, o: int, work: Array) -> None:
+    """Turn the orbit's state by the drift of its node, about the pole k, and of its perigee, about the normal x0."""
+    C_NO = load9(work, o + 4)
+    velocity = turn_back(C_NO, load3(work, o + 16))
+    C_NO = product(axis_turn(POLE, node_rate * t), product(C_NO, axis_turn(NORMAL, perigee_rate * t)))
+    precession = scale(node_rate, turn_back(C_NO, POLE))
+    drift = add(precession, scale(perigee_rate, NORMAL))
+    place = (0.0, work[o], 0.0)
+    omega = add(load3(work, o + 1), drift)
+    store3(work, o + 1, omega)
+    store9(work, o + 4, C_NO)
+    store3(work, o + 13, turn(C_NO, place))
+    store3(work, o + 16, turn(C_NO, add(velocity, cross(drift, place))))
+    store3(work, o + 19, add(load3(work, o + 19), cross(precession, omega)))
 
 
 @inner
@@ -88,8 +116,8 @@ def move_base(t: float, table: Table, pool: Array, work: Array) -> None:
     elif head["frame"] == FRAME_ORBITAL:
         o = head["orbit_state"]
         C_FN = transpose(load9(work, o + 4))
-        omega = (work[o + 1], 0.0, 0.0)
-        alpha = (work[o + 2], 0.0, 0.0)
+        omega = load3(work, o + 1)
+        alpha = load3(work, o + 19)
     store9(work, w + W_CIN, C_FN)
     store3(work, w + W_OMEGA, omega)
     store3(work, w + W_ACC, ZERO)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 
 from femflex.arrays import Array, Record, Table
+from femflex.dynamics.forces.potentials import battin
 from femflex.dynamics.lowering.layout import ORBIT_FREE, ORBIT_NONE, W_CIN, W_POS, W_Q, W_S, body_of, header_of
 from femflex.kernels.compiled import inner
 from femflex.kernels.vectors import (
@@ -58,11 +59,10 @@ def gravity_field(table: Table, pool: Array, work: Array) -> tuple[Vector, float
     R_c = add(R, c)
     a0 = math.sqrt(dot(R_c, R_c))
     l = scale(1.0 / a0, R_c)
-    # mu (R/R^3 - R_c/a0^3) without cancellation (Battin's f(q))
+    # mu (R/R^3 - R_c/a0^3) without cancellation
     q = dot(c, sub(c, scale(2.0, R_c))) / (a0 * a0)
-    f = q * (3.0 + q * (3.0 + q)) / (1.0 + (1.0 + q) * math.sqrt(1.0 + q))
     radius = math.sqrt(dot(R, R))
-    uniform = scale(-mu / (radius * radius * radius), add(c, scale(f, R_c)))
+    uniform = scale(-mu / (radius * radius * radius), add(c, scale(battin(q), R_c)))
     J_l, trace = inertia_along(l, c, table, pool, work)
     pull = add(scale(-3.0 * trace + 15.0 * dot(l, J_l), l), scale(-6.0, J_l))
     uniform = add(uniform, scale(0.5 * mu / (a0**4 * pool[head["mass"]]), pull))

@@ -38,11 +38,11 @@ HEADER = np.dtype(
             "moved_u",  # work (n_u,): velocities at which these are tried
             "orbit",  # ORBIT_*
             "frame",  # FRAME_*
-            "orbit_data",  # pool: mu, a, e, n, mean anomaly at t = 0, C_NP (9)
+            "orbit_data",  # pool: mu, a, e, n, mean anomaly, C_NP (9) at t = 0; mu by a and n; node's, perigee's rate
             "frame_data",  # pool: rate of a spinning frame (3)
             "weighs", "gravity",  # 1: uniform gravity acts; pool: its acceleration, inertial components (3)
             "mass",  # pool: total mass
-            "orbit_state",  # work: radius; the true anomaly's rate, acceleration, value; C_NO (9), place, velocity
+            "orbit_state",  # work: radius, rate of O (3), C_NO (9), place, velocity, alpha of O (3), true anomaly
             "angle_axes",  # pool: axis numbers of the reported attitude angles (3), C_QL (9)
             "total",  # work: centre of mass (3); uniform field, or that in which the centre of mass stays at O (3)
             "kept",  # pool: 1 or 0 for every term of femflex.dynamics.terms.ledger; read by reduced models alone

@@ -65,7 +65,7 @@ def lower(system: System, terms: Sequence[LowerableTerm]) -> tuple[Table, Array,
     head[0]["angle_axes"] = pool.add(axis_numbers(system.libration_sequence))
     head[0]["mass"] = pool.add_unshared([sum(body.moments.mass for body in system.bodies.values())])
     head[0]["n_varying"] = len(system.varying)
-    head[0]["orbit_state"], head[0]["total"] = scratch.take(19), scratch.take(6)
+    head[0]["orbit_state"], head[0]["total"] = scratch.take(23), scratch.take(6)
     head[0]["z"], head[0]["zdot"] = scratch.take(len(states) + n_free), scratch.take(len(states))
     head[0]["n_free"], head[0]["needs"] = n_free, scratch.take(n_free * (n_free + 1))
     head[0]["lack"] = scratch.take(nu if n_free else 0)
@@ -100,7 +100,9 @@ def lower_orbit(head: np.void, system: System, pool: Pool) -> None:
     head["orbit"] = at.ORBIT_FREE if o.free else at.ORBIT_SPECIFIED
     E = 2 * np.arctan(np.sqrt((1 - o.eccentricity) / (1 + o.eccentricity)) * np.tan(o.true_anomaly / 2))
     mean = E - o.eccentricity * np.sin(E)
-    head["orbit_data"] = pool.add([o.mu, o.semi_major_axis, o.eccentricity, o.mean_motion, mean, *o.C_NP().ravel()])
+    shape, n = (o.mu, o.semi_major_axis, o.eccentricity), o.mean_motion
+    moving = o.mu * (1.0 + o.anomaly_rate / n) ** 2, o.node_rate, o.perigee_rate
+    head["orbit_data"] = pool.add([*shape, n + o.anomaly_rate, mean, *o.C_NP().ravel(), *moving])
 
 
 def reported_markers(system: System) -> list[tuple[str, str]]:

@@ -118,15 +118,15 @@ def observe_orbit(
         J_l, trace = inertia_along(l, c, table, pool, work)
         gravity = -0.5 * strength * (trace - 3.0 * dot(l, J_l))
         R, V = load3(work, o + 13), load3(work, o + 16)
-        row[ROW.radius], row[ROW.true_anomaly] = work[o], work[o + 3]
-        C = load9(work, o + 4)
-        store4(row, ROW.attitude, quaternion_of(C))
+        row[ROW.radius], row[ROW.true_anomaly] = work[o], work[o + 22]
+        C_NO = load9(work, o + 4)
+        store4(row, ROW.attitude, quaternion_of(C_NO))
         if head["orbit"] == ORBIT_FREE:
             R_c = add(R, c)
             radius, a0 = math.sqrt(dot(R, R)), math.sqrt(dot(R_c, R_c))
             gravity += mu * mass * dot(c, add(R, R_c)) / (radius * a0 * (radius + a0))
             energy += dot(V, momentum)
-        jacobi = energy + gravity - work[o + 1] * dot((C[0], C[3], C[6]), spin)
+        jacobi = energy + gravity - dot(turn(C_NO, load3(work, o + 1)), spin)
     elif head["weighs"]:
         gravity = -pool[head["mass"]] * dot(load3(pool, head["gravity"]), load3(row, ROW.center_of_mass))
     row[ROW.gravity] = gravity

@@ -70,7 +70,7 @@ FIXED: dict[str, tuple[Channel, Callable[[System], bool]]] = {  # and whether a 
     "monitors/effector": (Channel("J", "energy stored by effectors"), lambda s: accounts_for(s, "energy")),
     # what they take for good, and bring in
     "monitors/dissipation": (Channel("W", "power taken by dampers, friction, stops and structural damping"), is_damped),
-    "monitors/supplied": (Channel("W", "power of loads without a potential and of effectors"), is_supplied),
+    "monitors/supplied": (Channel("W", "power of loads without a potential, effectors and tides"), is_supplied),
 }  # fmt: skip
 BODY = {
     "position": Channel("m", "origin of {name} {where}", (3,), XYZ, "inertial"),

@@ -53,3 +53,11 @@ def turned_z(v: Vector, angle: float) -> Vector:
     """A vector turned about the third axis by an angle."""
     c, s = math.cos(angle), math.sin(angle)
     return c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]
+
+
+@inner
+def ecliptic_to_equator(v: Vector, days: float) -> Vector:
+    """A vector from axes of the ecliptic in those of the mean equator of date, at days since J2000."""
+    obliquity = (23.439 - 0.00000036 * days) * math.pi / 180.0
+    c, s = math.cos(obliquity), math.sin(obliquity)
+    return v[0], c * v[1] - s * v[2], s * v[1] + c * v[2]

@@ -16,13 +16,14 @@ from pydantic import StrictBool, model_validator
 
 from femflex.arrays import Array
 from femflex.effectors.noun import unit_direction
-from femflex.effectors.surroundings.earth import DAY
+from femflex.effectors.surroundings.earth import DAY, ecliptic_to_equator
 from femflex.effectors.surroundings.noun import Surrounding, epoch_of
 from femflex.kernels.compiled import inner
 from femflex.kernels.vectors import Vector, add, cross, dot, load3, scale, store3, sub
 from femflex.noun.table import refuse
 from femflex.noun.values import Direction
 from femflex.system.acting import Context
+from femflex.system.environment import within_series
 
 AU = 1.495978707e11  # m, International Astronomical Union 2012
 SUN_RADIUS = 6.957e8  # m, nominal, International Astronomical Union 2015
@@ -65,7 +66,8 @@ class Sun(Surrounding, heading="surroundings"):
             raise ValueError(f"the direction of sun {name!r} is in orbital axes, and there is no orbit; give one")
         head = [float(orbit is not None), float(self.eclipse and orbit is not None), context.radius]
         if self.direction is None:
-            return np.array([DATE, *head, epoch_of(context, "the direction of the sun"), 0.0, 0.0, 0.0])
+            epoch = within_series(epoch_of(context, "the direction of the sun"))
+            return np.array([DATE, *head, epoch, 0.0, 0.0, 0.0])
         source = ORBITAL if self.frame == "orbital" else INERTIAL
         return np.array([source, *head, 0.0, *unit_direction(name, "direction", self.direction)])
 
@@ -77,9 +79,7 @@ def sun_of_date(days: float) -> Vector:
     g = (357.529 + 0.98560028 * days) * degree  # mean anomaly
     longitude = (280.459 + 0.98564736 * days + 1.915 * math.sin(g) + 0.020 * math.sin(2.0 * g)) * degree
     distance = 1.00014 - 0.01671 * math.cos(g) - 0.00014 * math.cos(2.0 * g)
-    obliquity = (23.439 - 0.00000036 * days) * degree
-    along = distance * math.sin(longitude)
-    return distance * math.cos(longitude), along * math.cos(obliquity), along * math.sin(obliquity)
+    return ecliptic_to_equator((distance * math.cos(longitude), distance * math.sin(longitude), 0.0), days)
 
 
 @inner
