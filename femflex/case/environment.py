@@ -9,6 +9,7 @@ from pydantic import Field
 
 from femflex.noun.epoch import EpochValue
 from femflex.noun.table import Table
+from femflex.noun.units import UnitError
 from femflex.noun.values import Quantity, ValueProblem, Vector, _Readable
 from femflex.system import EARTH_ZONALS
 
@@ -49,7 +50,10 @@ class ZonalsValue(_Readable):
         if value == "earth":
             return EARTH_ZONALS
         if not isinstance(value, list):
-            return (self.one.read_value(value),)
+            try:
+                return (self.one.read_value(value),)
+            except (ValueProblem, UnitError) as problem:
+                raise ValueProblem(f"{problem}, a list from J2 on, or 'earth'") from None
         zonals: tuple[float, ...] = self.several.read_value(value)
         if len(zonals) > len(EARTH_ZONALS):
             highest = 1 + len(EARTH_ZONALS)

@@ -2,7 +2,7 @@
 
 Orbital frame at O: x0 along the orbit normal, y0 along the outward vertical, z0 along the flight direction (THEORY
 section 1). Inertial axes: perifocal when the three orientation angles are zero: X towards perigee, Z the orbit normal.
-With a node that drifts the velocity leaves the plane of the elements by r node_rate sin i, 1e-4 of it in low orbit; the
+With a node that drifts the velocity leaves the plane of the elements by r node_rate sin i, 2e-4 of it in low orbit; the
 orbital frame follows the plane.
 """
 
