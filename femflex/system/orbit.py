@@ -86,7 +86,7 @@ class Orbit:
     @property
     def is_steady(self) -> bool:
         """Whether its radius and the rate of its orbital frame, in that frame, are constant."""
-        return self.eccentricity < CIRCULAR and (self.node_rate == 0.0 or np.sin(self.inclination) == 0.0)
+        return self.eccentricity <= CIRCULAR and (self.node_rate == 0.0 or np.sin(self.inclination) == 0.0)
 
     @property
     def mean_motion(self) -> float:

@@ -11,6 +11,7 @@ from femflex.dynamics.equilibria.closed_motion import refuse_rolling
 from femflex.system import Joint, Load, Profile, System, Threshold
 from femflex.system.fixed_length import moving_lengths, with_fixed_lengths
 from femflex.system.joint_coordinates import OPEN, RELEASED
+from femflex.system.orbit import CIRCULAR
 
 ROUNDING = 1e-12  # relative; gravity this nearly along the axis of spin is along it
 
@@ -98,11 +99,15 @@ def _orbit_problems(system: System) -> list[str]:
     if orbit is None:
         return []
     out = []
-    if not orbit.is_steady:
-        drift = f" and its node's rate {orbit.node_rate:g} rad/s" if orbit.node_rate else ""
+    if orbit.eccentricity > CIRCULAR:
         out.append(
-            f"the orbit's eccentricity is {orbit.eccentricity:g}{drift}, and gravity or its frame's rate change along "
-            "it; an equilibrium in orbit needs a circular one that keeps its plane"
+            f"the orbit's eccentricity is {orbit.eccentricity:g}, and gravity and its frame's rate change along it; "
+            "an equilibrium in orbit needs a circular one"
+        )
+    elif not orbit.is_steady:
+        out.append(
+            f"the orbit's node turns at {orbit.node_rate:.4g} rad/s, and the rate of its frame changes along it; an "
+            "equilibrium in orbit needs a plane that stays: leave orbit.secular_rates out"
         )
     if kind != "orbital":
         out.append(
