@@ -16,7 +16,7 @@ ALLOWED = {
     "worker_processes": set(),
     "kernels": set(),
     "noun": {"rotations"},
-    "effectors": {"noun", "kernels", "system", "body", "summary"},
+    "effectors": {"noun", "kernels", "system", "body", "rotations", "summary"},
     "reading": set(),
     "memory": set(),
     "writing": set(),

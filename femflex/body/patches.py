@@ -18,6 +18,8 @@ class Patches:
     normal     (k, 3)  area as a vector [m^2], or length along the tangent [m], body frame; shorter of a curved patch
     aligned    whether the normals of cells with a common side lie on one side of the surface
     solid      whether they are faces of solids, whose normals point outwards
+    outlines   (k,) of each patch the corners (c, 4, 3) of its cells, body frame [m]; the last is repeated where a cell
+               has fewer than four; not known of a patch without
 
     The marker of patch k of a group is `patch_marker(group, k)`, and that of the whole group, which moves as its mean
     and turns as the body frame, `patch_marker(group)`. Markers whose names begin with "." are not reported.
@@ -28,6 +30,7 @@ class Patches:
     normal: Array
     aligned: bool = True
     solid: bool = False
+    outlines: tuple[Array, ...] = ()
 
 
 def patch_marker(group: str, k: int | None = None) -> str:

@@ -62,14 +62,15 @@ def stages(
 @summing
 def scaled_error(h: float, x: Array, scratch: Array, rtol: float, atol: Array) -> float:
     """Error of the step in units of the tolerance, orders 5 and 3 blended (II.10)."""
-    sum3, sum5 = 0.0, 0.0
+    sum3, sum5, count = 0.0, 0.0, 0
     for i in range(x.size):
         scale = 1.0 / (atol[i] + rtol * max(abs(x[i]), abs(scratch[Y, i])))
         sum3 += (scratch[E3, i] * scale) ** 2
         sum5 += (scratch[E5, i] * scale) ** 2
+        count += scale > 0.0
     if sum5 == 0.0 and sum3 == 0.0:
         return 0.0
-    return h * sum5 / math.sqrt((sum5 + 0.01 * sum3) * x.size)
+    return h * sum5 / math.sqrt((sum5 + 0.01 * sum3) * count)
 
 
 @part

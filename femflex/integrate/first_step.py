@@ -21,12 +21,13 @@ def first_step(
     with np.errstate(all="ignore"):
         set_rate(model, t, x, k1, span)
         scale = atol + rtol * np.abs(x)
-        d0, d1 = norm(x / scale), norm(k1 / scale)
+        counted = scale < np.inf
+        d0, d1 = norm(x[counted] / scale[counted]), norm(k1[counted] / scale[counted])
         h0 = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
         h0 = min(h0, span[0] - t)
         k2 = np.empty_like(k1)
         set_rate(model, t + h0, x + h0 * k1, k2, span)
-        d2 = norm((k2 - k1) / scale) / h0 if h0 > 0.0 else 0.0
+        d2 = norm((k2 - k1)[counted] / scale[counted]) / h0 if h0 > 0.0 else 0.0
         steepest = max(d1, d2)
         h1 = max(1e-6, h0 * 1e-3) if steepest <= 1e-15 else (0.01 / steepest) ** (1 / order)
         h = min(100 * h0, h1)

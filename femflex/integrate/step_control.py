@@ -39,10 +39,11 @@ def step_status(row: int, n_rows: int, h_planned: float, end: float, budget: int
 @part
 def scaled_norm(e: Array, x: Array, y: Array, rtol: float, atol: Array) -> float:
     """Root mean square of e in units of the tolerance at x and y."""
-    total = 0.0
+    total, count = 0.0, 0
     for i in range(e.size):
         total += (e[i] / (atol[i] + rtol * max(abs(x[i]), abs(y[i])))) ** 2
-    return float(math.sqrt(total / e.size))
+        count += atol[i] < math.inf
+    return float(math.sqrt(total / count))
 
 
 @part

@@ -298,7 +298,9 @@ def _patches(
     size = np.full(FLAT, beam.length / FLAT)
     position = np.asarray(beam.root, float) + np.outer(xi @ weight * beam.length, beam.frame[0])
     phi, psi = (np.einsum("q,cqan->can", weight, rows) @ X for rows in (centre, turn))
-    cells = CellMotion(size, position, np.outer(size, beam.frame[0]), phi, psi)
+    tangents = np.outer(size, beam.frame[0])
+    ends = position[:, None] + np.array([-0.5, 0.5, 0.5, 0.5])[:, None] * tangents[:, None]
+    cells = CellMotion(size, position, tangents, phi, psi, ends)
     patches, markers = mean_markers("all", cells, 1, sines=sines)
     return {"all": patches}, markers
 

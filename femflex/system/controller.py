@@ -27,6 +27,7 @@ class Controller:
     memory    (n_memory,) its memory before the first call
     held      (n_commands,) commands before the first call
     start     time of the first call [s]
+    aside     whether its memory is neither reported by a channel of each number nor counted in the error of a step
 
     Controllers that are due at one instant are called in the order of femflex.system.evaluation: one that has the
     command of another among its sensors ("effectors/<controller>/<command>") comes after it and sees the new one.
@@ -43,6 +44,7 @@ class Controller:
     memory: Array = field(default_factory=lambda: np.zeros(0))
     held: Array = field(default_factory=lambda: np.zeros(0))
     start: float = 0.0
+    aside: bool = False
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.period) and self.period > 0.0):
@@ -66,9 +68,21 @@ class Controller:
 
     def state_names(self) -> list[tuple[str, str]]:
         """Full name and unit of its states: commands, memory, and the time of the next sample."""
-        memory = [(f"{self.name}.memory{k + 1}", "1") for k in range(len(self.memory))]
+        memory = [(name, "1") for name in self.memory_names()]
         commands = [(f"{self.name}.{command}", unit) for command, unit in self.commands.items()]
         return [*commands, *memory, (f"{self.name}.next", "s")]
+
+    def memory_names(self) -> list[str]:
+        """Full names of the states that are its memory."""
+        return [f"{self.name}.memory{k + 1}" for k in range(len(self.memory))]
+
+    @property
+    def sizes(self) -> Array:
+        """Usual sizes of its states, in which the integrator's absolute tolerance counts."""
+        sizes = np.ones(len(self.state_names()))
+        if self.aside:
+            sizes[len(self.commands) : -1] = np.inf
+        return sizes
 
     def initial_states(self) -> Array:
         """Initial values of its states."""

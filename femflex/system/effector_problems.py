@@ -36,6 +36,7 @@ def effector_problems(
     # memory and times of sampled controllers are no signals to choose from
     listed = [f"{e.name}.{s}" for e in effectors for s in (e.states if isinstance(e, Effector) else e.commands)]
     signals = [*built_in, *listed, *(f"{e.name}.{c}" for e in effectors if isinstance(e, Effector) for c in e.channels)]
+    inputs = {*signals, *states}
     for effector in effectors:
         if not isinstance(effector, Effector):
             continue
@@ -52,7 +53,7 @@ def effector_problems(
             if name not in freedoms
         ]
         out += [unknown_name_text(f"input {name!r} of {who} is neither a state nor a channel", name, signals)
-                for name in dict.fromkeys(effector.inputs) if name not in (*signals, *states)]  # fmt: skip
+                for name in dict.fromkeys(effector.inputs) if name not in inputs]  # fmt: skip
     return out or algebraic_loop_problems(effectors)
 
 

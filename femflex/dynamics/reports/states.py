@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from femflex.arrays import Array
 from femflex.dynamics.joints.places import joint_places
 from femflex.dynamics.reports.report import Observation, Report
-from femflex.system import Channel, Controller, System
+from femflex.system import Channel, Controller, Effector, System
 
 
 class States(Report):
@@ -30,7 +30,7 @@ class States(Report):
             sampling = ""
             if isinstance(effector, Controller):
                 sampling = f", sampled every {effector.period:g} s (zero-order hold)"
-            for name, unit in effector.state_names():
+            for name, unit in reported_states(effector):
                 state = name.removeprefix(effector.name + ".")
                 out[f"effectors/{effector.name}/{state}"] = Channel(unit, f"state {state} of {effector.name}{sampling}")
         return out
@@ -42,4 +42,10 @@ class States(Report):
             yield body.amplitudes(seen.q[:, first : first + body.n_modes])
         columns = {name: k for k, (name, _) in enumerate(seen.system.state_names())}
         for effector in seen.system.effectors:
-            yield from (seen.z[:, columns[name]] for name, _ in effector.state_names())
+            yield from (seen.z[:, columns[name]] for name, _ in reported_states(effector))
+
+
+def reported_states(effector: Effector | Controller) -> list[tuple[str, str]]:
+    """Full name and unit of the states that have a channel of their own."""
+    left_out = set(effector.memory_names()) if isinstance(effector, Controller) and effector.aside else set()
+    return [pair for pair in effector.state_names() if pair[0] not in left_out]

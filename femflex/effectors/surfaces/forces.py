@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -48,26 +48,25 @@ class SurfaceForce(EffectorNoun):
 
     def effectors(self, name: str, context: Context = ALONE) -> Sequence[Effector | Controller]:
         """One effector for each body, named after both. Raises ValueError for a body without a surface."""
-        surfaces: dict[str, list[Surface]] = {}
-        for noun in context.nouns.values():
-            if isinstance(noun, Surface):
-                surfaces.setdefault(noun.body, []).append(noun)
+        return self.on_bodies(name, context)
+
+    def on_bodies(self, name: str, context: Context) -> list[Effector]:
+        """One effector for each body, named after both. Raises ValueError for a body without a surface."""
+        inputs, surfaces = self.sources(context), surfaces_of_craft(context)
+        return [self._effector(f"{name}_{body}", body, surfaces[body], inputs) for body in self.chosen(surfaces)]
+
+    def chosen(self, surfaces: Mapping[str, object]) -> tuple[str, ...]:
+        """The bodies on which it acts, of those with surfaces. Raises ValueError for a body without, and for none."""
         for body in self.bodies or ():
             if body not in surfaces:
                 raise ValueError(f"body {body!r} has no surface in [surfaces]; {suggestion_text(body, surfaces)}")
-        chosen = self.bodies or tuple(surfaces)
-        if not chosen:
+        if not surfaces:
             raise ValueError("no body has a surface; give one in [surfaces]")
-        inputs = self.sources(context)
-        return [self._effector(f"{name}_{body}", body, surfaces[body], inputs, context) for body in chosen]
+        return self.bodies or tuple(surfaces)
 
     def _effector(
-        self, name: str, body: str, surfaces: Sequence[Surface], inputs: tuple[str, ...], context: Context
+        self, name: str, body: str, ports: Mapping[str, Sequence[Facet]], inputs: tuple[str, ...]
     ) -> Effector:
-        ports: dict[str, list[Facet]] = {}
-        for surface in surfaces:
-            for marker, facets in surface.facets(context).items():
-                ports.setdefault(marker, []).extend(facets)
         m = len(ports)
         counts = np.array([len(facets) for facets in ports.values()])
         rows = [
@@ -87,6 +86,16 @@ class SurfaceForce(EffectorNoun):
             parameters=np.concatenate([[float(m)], np.asarray(self.head(), float), table, *rows]),
             kind=self.label,
         )
+
+
+def surfaces_of_craft(context: Context) -> dict[str, dict[str, list[Facet]]]:
+    """Body -> marker -> the facets that move with it, of all surfaces. Raises ValueError."""
+    out: dict[str, dict[str, list[Facet]]] = {}
+    for noun in context.nouns.values():
+        if isinstance(noun, Surface):
+            for marker, facets in noun.facets(context).items():
+                out.setdefault(noun.body, {}).setdefault(marker, []).extend(facets)
+    return out
 
 
 def inputs_of(

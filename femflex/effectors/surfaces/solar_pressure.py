@@ -11,25 +11,45 @@ and S = |s across|,
 
     F = -P r L S [ 2 (1 - specular) s + (8/3 specular S + pi/3 diffuse) u ]
 
-Parts of a craft do not shade one another.
+Where shadow counts, the force is that of the lit share of a facet, and acts at the centre of the lit part. Both are
+sampled (`shadow`), and constant between two samples.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import islice
 
 from numpy.typing import ArrayLike
 
 from femflex.arrays import Array
-from femflex.effectors.surfaces.forces import AREA, CENTRE, COUNT, FACETS, FORM, REST, SurfaceForce, inputs_of
+from femflex.effectors.surfaces.forces import (
+    AREA,
+    CENTRE,
+    COUNT,
+    FACETS,
+    FORM,
+    HEAD,
+    REST,
+    SurfaceForce,
+    inputs_of,
+    surfaces_of_craft,
+)
+from femflex.effectors.surfaces.shadow import LIGHT, shadow
 from femflex.effectors.surfaces.surface import Facet
 from femflex.effectors.surroundings.sun import Sun
 from femflex.kernels.compiled import inner
 from femflex.kernels.vectors import ZERO, Vector, add, cross, dot, load3, load9, scale, store3, sub, turn, turn_back
-from femflex.system.acting import Context
+from femflex.noun.values import Duration
+from femflex.system.acting import ALONE, Context
+from femflex.system.controller import Controller
+from femflex.system.effector import Effector
 
 SIDE = 3  # numbers of a side: specular, diffuse, recoil of the heat radiation per absorbed light; back: -1 where none
 WIDTH = REST + 2 * SIDE
+SHADED = HEAD  # whether the lit parts of facets are among its inputs
 
 
 class SolarPressure(SurfaceForce, heading="solar_pressure"):
@@ -37,12 +57,31 @@ class SolarPressure(SurfaceForce, heading="solar_pressure"):
 
     sun: str = "sun"
     """The sun, a name in [surroundings]."""
+    shadow_period: Duration | None = None
+    """Time between two updates of the shadow that parts of the craft cast on one another. Default: no shadow."""
 
     label = "solar pressure"
 
     def sources(self, context: Context) -> tuple[str, ...]:
         """Direction to the sun, and pressure of its light."""
         return inputs_of(context, self.sun, Sun, ("x", "y", "z", "pressure"), "sun")
+
+    def head(self) -> ArrayLike:
+        """Whether shadow counts."""
+        return [float(self.shadow_period is not None), 0.0, 0.0, 0.0]
+
+    def effectors(self, name: str, context: Context = ALONE) -> Sequence[Effector | Controller]:
+        """One effector for each body, and where shadow counts the controller that finds the lit parts."""
+        pushed = self.on_bodies(name, context)
+        if self.shadow_period is None:
+            return pushed
+        surfaces = surfaces_of_craft(context)
+        lit = self.chosen(surfaces)
+        sampled = shadow(f"{name}_shadow", self.sun, self.shadow_period, surfaces, lit, context)
+        numbers = iter(sampled.memory_names())
+        counts = [LIGHT * sum(len(facets) for facets in surfaces[body].values()) for body in lit]
+        inputs = [(*effector.inputs, *islice(numbers, n)) for effector, n in zip(pushed, counts, strict=True)]
+        return [sampled, *(replace(effector, inputs=names) for effector, names in zip(pushed, inputs, strict=True))]
 
     def facet_numbers(self, facet: Facet) -> ArrayLike:
         """Both sides; a back that is not exposed has -1."""
@@ -83,17 +122,20 @@ def light_on_facet(s: Vector, p: Array, first: int) -> Vector:
 
 @SolarPressure.kernel
 def solar_pressure(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> None:
-    """Inputs: direction to the sun, and pressure of its light."""
+    """Inputs: direction to the sun, and pressure of its light; where shadow counts LIGHT numbers per facet."""
     p = parameters
     m = int(p[COUNT])
-    to_sun, pressure, power = load3(seen, 18 * m), seen[18 * m + 3], 0.0
+    to_sun, pressure, power, at = load3(seen, 18 * m), seen[18 * m + 3], 0.0, 18 * m + 4
     for k in range(m):
         C = load9(seen, 3 * m + 9 * k)
         s, force, torque = turn_back(C, to_sun), ZERO, ZERO
         first, n = int(p[FACETS + 2 * k]), int(p[FACETS + 2 * k + 1])
         for i in range(n):
-            f = light_on_facet(s, p, first + WIDTH * i)
-            force, torque = add(force, f), add(torque, cross(load3(p, first + WIDTH * i + CENTRE), f))
+            f, centre = light_on_facet(s, p, first + WIDTH * i), load3(p, first + WIDTH * i + CENTRE)
+            if p[SHADED] > 0.0:
+                f, centre = scale(seen[at], f), add(centre, load3(seen, at + 1))
+                at += LIGHT
+            force, torque = add(force, f), add(torque, cross(centre, f))
         force, torque = turn(C, scale(pressure, force)), turn(C, scale(pressure, torque))
         store3(out, 3 * k, force)
         store3(out, 3 * m + 3 * k, torque)

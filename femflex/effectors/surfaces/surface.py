@@ -7,6 +7,7 @@ one plane, of one kind, are one facet.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated
@@ -27,6 +28,7 @@ from femflex.system.controller import Controller
 from femflex.system.effector import Effector
 
 FLAT, TUBE = 0.0, 1.0
+NEIGHBOURS = 0.01  # of the side of a patch: how far the edges of two of them on a bent panel may be apart
 SAME = 1e-6  # difference of normals, and of distances over the extent, of facets in one plane
 
 
@@ -37,6 +39,10 @@ class Facet:
     area    (3,) vector [m^2] along the normal of the front; of a tube its axis, times length and radius
     centre  (3,) from the marker [m]
     front, back   properties of its sides; None: a side that is not exposed
+    outlines      (c, 4, 3) corners of the cells that it consists of, from the marker [m], the last repeated where a cell
+                  has fewer than four; of a tube the ends of its lines, the second repeated
+    gap           distance along its normal up to which its neighbours do not shade it: where patches of one group bend,
+                  their edges do not quite meet [m]
     """
 
     form: float
@@ -44,6 +50,8 @@ class Facet:
     centre: Array
     front: SideProperties
     back: SideProperties | None
+    outlines: Array
+    gap: float = 0.0
 
 
 class Surface(EffectorNoun, heading="surfaces"):
@@ -98,15 +106,16 @@ class Surface(EffectorNoun, heading="surfaces"):
             text = "lines; give their diameter" if patches.dimension == 1 else "surfaces, which have no diameter"
             raise ValueError(f"group {self.group or 'all'!r} of body {self.body!r} consists of {text}")
         out = {}
-        for k in range(len(patches.size)):
+        for k, outlines in enumerate(patches.outlines):
             marker = patch_marker(self.group or "all", k)
+            at, normal = outlines - body.marker(marker).position, patches.normal[k]
             if self.diameter is not None:
-                axis = patches.normal[k] * self.diameter / 2
-                out[marker] = [Facet(TUBE, axis, np.zeros(3), front, None)]
+                radius = self.diameter / 2
+                out[marker] = [Facet(TUBE, normal * radius, np.zeros(3), front, None, at, radius)]
             else:
-                out[marker] = [
-                    Facet(FLAT, patches.normal[k], np.zeros(3), front, back if back or patches.solid else front)
-                ]
+                gap = NEIGHBOURS * math.sqrt(patches.size[k])
+                other = back if back or patches.solid else front
+                out[marker] = [Facet(FLAT, normal, np.zeros(3), front, other, _turned(at, normal), gap)]
         return out
 
 
@@ -119,7 +128,7 @@ def _side_properties(value: str | Optical) -> SideProperties:
 def _facets_of_skin(name: str, body: FlexibleBody, front: SideProperties) -> Iterator[Facet]:
     """The facets of a rigid body's skin, those in one plane as one."""
     skin = body.skin or Skin(np.zeros((0, 3)), {}, np.zeros((0, 0, 3)))
-    areas, centres = np.zeros((0, 3)), np.zeros((0, 3))
+    areas, centres, outlines = np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 4, 3))
     for kind, cells in skin.cells.items():
         if kind in ("triangle", "quad"):
             x = skin.points[cells]
@@ -128,6 +137,7 @@ def _facets_of_skin(name: str, body: FlexibleBody, front: SideProperties) -> Ite
             size = [np.linalg.norm(part, axis=1)[:, None] for part in parts]
             middle = sum(s * (a + b + c) / 3 for s, (a, b, c) in zip(size, fans, strict=True)) / sum(size)
             areas, centres = np.concatenate([areas, sum(parts)]), np.concatenate([centres, middle])
+            outlines = np.concatenate([outlines, x[:, np.minimum(np.arange(4), x.shape[1] - 1)]])
     if not len(areas):
         raise ValueError(f"rigid body {name!r} has no surface; give it shapes, such as a box or a cylinder")
     if (
@@ -142,4 +152,18 @@ def _facets_of_skin(name: str, body: FlexibleBody, front: SideProperties) -> Ite
     _, plane = np.unique(np.round(key / SAME / 10.0).astype(np.int64), axis=0, return_inverse=True)
     for k in range(int(plane.max()) + 1):
         rows = plane.ravel() == k
-        yield Facet(FLAT, areas[rows].sum(axis=0), sizes[rows] @ centres[rows] / sizes[rows].sum(), front, None)
+        area, centre = areas[rows].sum(axis=0), sizes[rows] @ centres[rows] / sizes[rows].sum()
+        yield Facet(FLAT, area, centre, front, None, _turned(outlines[rows], area))
+
+
+def _turned(outlines: Array, area: Array) -> Array:
+    """Outlines (c, 4, 3) in planes, which run counter-clockwise seen from the side of the area; warped ones halved."""
+    normal = np.cross(outlines[:, 2] - outlines[:, 0], outlines[:, 3] - outlines[:, 1])
+    warp = np.abs(np.einsum("ca,ca->c", normal, outlines[:, 1] - outlines[:, 0]))
+    warped = warp > SAME * np.linalg.norm(normal, axis=1) ** 1.5
+    halves = outlines[warped][:, [[0, 1, 2, 2], [0, 2, 3, 3]]].reshape(-1, 4, 3)
+    outlines = np.concatenate([outlines[~warped], halves])
+    normal = np.cross(outlines[:, 2] - outlines[:, 0], outlines[:, 3] - outlines[:, 1])
+    away = normal @ area < 0.0
+    outlines[away] = outlines[away][:, ::-1]
+    return outlines

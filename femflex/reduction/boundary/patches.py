@@ -53,19 +53,21 @@ def mean_markers(
     markers[patch_marker(group)] = Marker(share @ cells.position, whole_phi, np.zeros_like(whole_phi))
     sizes = np.array([cells.size[part].sum() for part in parts])
     areas = np.array([cells.area[part].sum(axis=0) for part in parts])
-    return Patches(dimension, sizes, areas, aligned, solid), markers
+    outlines = tuple(cells.corners[part] for part in parts)
+    return Patches(dimension, sizes, areas, aligned, solid, outlines), markers
 
 
 @dataclass(frozen=True, eq=False)
 class CellMotion:
-    """Cells with their means: size (c,), position (c, 3), area as a vector or length along the tangent (c, 3), and
-    displacement and rotation phi, psi (c, 3, n) per shape."""
+    """Cells with their means: size (c,), position (c, 3), area as a vector or length along the tangent (c, 3),
+    displacement and rotation phi, psi (c, 3, n) per shape, and corners (c, 4, 3), the last repeated where fewer."""
 
     size: Array
     position: Array
     area: Array
     phi: Array
     psi: Array
+    corners: Array
 
 
 def _patches_of_group(structure: Structure, phi: Array, group: str, sines: bool) -> tuple[Patches, dict[str, Marker]]:
@@ -147,7 +149,8 @@ def _cell_motion(mesh: Mesh, kind: str, nodes: IntArray, motion: _NodeMotion, gr
                 bend = np.einsum("cakn,ca,cb->cbkn", bend, normal, normal)
             phi += np.einsum("cq,kq,cakn->can", share, _side_functions(N, cell.shape, i, j), bend)
     position = np.einsum("cq,qi,cia->ca", share, N, x)
-    return CellMotion(size, position, np.einsum("cqa,q->ca", area, weight), phi, psi)
+    corners = mesh.points[nodes[:, np.minimum(np.arange(4), cell.n_corners - 1)]]
+    return CellMotion(size, position, np.einsum("cqa,q->ca", area, weight), phi, psi, corners)
 
 
 def _side_bend(xi: Array, xj: Array, ui: Array, uj: Array, ti: Array, tj: Array) -> Array:
