@@ -64,7 +64,8 @@ def _aliased_modes(system: System) -> Iterator[Advice]:
     """Warnings of bodies with first modes above half the sampling frequency of a controller, which aliases them."""
     effectors = [effector for effector in system.effectors if isinstance(effector, Effector)]
     inputs = {signal.partition(".")[0] for effector in effectors for signal in effector.inputs}
-    commanding = [controller for controller in system.controllers if controller.name in inputs]  # others only measure
+    # others only measure, or follow the motion
+    commanding = [each for each in system.controllers if each.name in inputs and not each.follows]
     if not commanding:
         return
     slowest = max(commanding, key=lambda controller: controller.period)

@@ -17,14 +17,18 @@ from femflex.system.system import System
 UNIT = "-unit"  # after the name of a controller: a signal that its held commands multiply
 
 
-def with_held_commands(system: System) -> System:
-    """Return the system in which sampled controllers keep their commands before the first sample."""
+def with_held_commands(system: System, loops: bool = True) -> System:
+    """Return the system in which sampled controllers keep their commands before the first sample.
+
+    loops: also those that control; otherwise only those that follow the motion.
+    """
+    held = [effector for effector in system.controllers if loops or effector.follows]
     effectors = tuple(
         part
         for effector in system.effectors
-        for part in (_constant_commands(effector) if is_sampled(effector) else (effector,))
+        for part in (_constant_commands(effector) if is_sampled(effector) and effector in held else (effector,))
     )
-    names = {name for effector in system.controllers for name, _ in effector.state_names()}
+    names = {name for effector in held for name, _ in effector.state_names()}
     return replace(system, effectors=effectors, z0={k: v for k, v in system.z0.items() if k not in names})
 
 
@@ -39,15 +43,19 @@ def stands_for_controller(effector: Effector) -> bool:
 
 
 def _constant_commands(controller: Controller) -> tuple[Effector, Effector]:
-    """A signal that is 1, and a block that multiplies it by the commands."""
-    n = len(controller.commands)
-    numbers = np.concatenate([[1.0, 0.0, n, 0.0], controller.held, np.full(n, UNLIMITED)])
+    """A signal that is 1, and a block that multiplies it by the commands, and by the memory that others may take."""
+    constants, channels = controller.held, dict(controller.commands)
+    if controller.follows:
+        constants = np.concatenate([constants, controller.memory])
+        channels |= {name.removeprefix(f"{controller.name}."): "1" for name in controller.memory_names()}
+    n = len(constants)
+    numbers = np.concatenate([[1.0, 0.0, n, 0.0], constants, np.full(n, UNLIMITED)])
     unit = f"{controller.name}{UNIT}"
     block = Effector(
         controller.name,
         state_space,
         inputs=(f"{unit}.value",),
-        channels=dict(controller.commands),
+        channels=channels,
         parameters=numbers,
         kind="controller",
     )

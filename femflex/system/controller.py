@@ -27,7 +27,8 @@ class Controller:
     memory    (n_memory,) its memory before the first call
     held      (n_commands,) commands before the first call
     start     time of the first call [s]
-    aside     whether its memory is neither reported by a channel of each number nor counted in the error of a step
+    follows   whether it only follows the motion, as shadow does: linear models hold its commands and memory, and its
+              memory is neither reported by a channel for each number nor counted in the errors of steps
 
     Controllers that are due at one instant are called in the order of femflex.system.evaluation: one that has the
     command of another among its sensors ("effectors/<controller>/<command>") comes after it and sees the new one.
@@ -44,7 +45,7 @@ class Controller:
     memory: Array = field(default_factory=lambda: np.zeros(0))
     held: Array = field(default_factory=lambda: np.zeros(0))
     start: float = 0.0
-    aside: bool = False
+    follows: bool = False
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.period) and self.period > 0.0):
@@ -80,7 +81,7 @@ class Controller:
     def sizes(self) -> Array:
         """Usual sizes of its states, in which the integrator's absolute tolerance counts."""
         sizes = np.ones(len(self.state_names()))
-        if self.aside:
+        if self.follows:
             sizes[len(self.commands) : -1] = np.inf
         return sizes
 

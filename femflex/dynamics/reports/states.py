@@ -47,5 +47,5 @@ class States(Report):
 
 def reported_states(effector: Effector | Controller) -> list[tuple[str, str]]:
     """Full name and unit of the states that have a channel of their own."""
-    left_out = set(effector.memory_names()) if isinstance(effector, Controller) and effector.aside else set()
+    left_out = set(effector.memory_names()) if isinstance(effector, Controller) and effector.follows else set()
     return [pair for pair in effector.state_names() if pair[0] not in left_out]

@@ -76,7 +76,7 @@ def shadow(
 
     sensors = (*to_sun, *(path for paths in motion for path in paths))
     commands = {f"lit_{body}": "1" for body in lit}
-    return Controller(name, law, period, sensors, commands, np.tile(WHOLE, n), np.ones(len(lit)), aside=True)
+    return Controller(name, law, period, sensors, commands, np.tile(WHOLE, n), np.ones(len(lit)), follows=True)
 
 
 def outlines_of(carried: Sequence[Carried]) -> tuple[Array, Array, Array, IntArray]:

@@ -12,7 +12,7 @@ and S = |s across|,
     F = -P r L S [ 2 (1 - specular) s + (8/3 specular S + pi/3 diffuse) u ]
 
 Where shadow counts, the force is that of the lit share of a facet, and acts at the centre of the lit part. Both are
-sampled (`shadow`), and constant between two samples.
+sampled (`shadow`), and constant between two samples. Of a tube it is the lit share of its length.
 """
 
 from __future__ import annotations

@@ -39,10 +39,10 @@ class Facet:
     area    (3,) vector [m^2] along the normal of the front; of a tube its axis, times length and radius
     centre  (3,) from the marker [m]
     front, back   properties of its sides; None: a side that is not exposed
-    outlines      (c, 4, 3) corners of the cells that it consists of, from the marker [m], the last repeated where a cell
+    outlines      (c, 4, 3) corners from the marker [m] of the cells that it consists of, the last repeated where a cell
                   has fewer than four; of a tube the ends of its lines, the second repeated
-    gap           distance along its normal up to which its neighbours do not shade it: where patches of one group bend,
-                  their edges do not quite meet [m]
+    gap           distance from its plane up to which its own body does not shade it, as the edges of patches on a bent
+                  panel do not quite meet; of a tube its radius [m]
     """
 
     form: float

@@ -8,6 +8,7 @@ import numpy as np
 
 from femflex.advice.advice import Advice, doubt
 from femflex.dynamics.equilibria.equilibrium import EquilibriumError
+from femflex.effectors.constant_commands import with_held_commands
 from femflex.studies.linear.linear_model import linear_model
 from femflex.studies.linear.poles import poles_of
 from femflex.studies.linear.sampled import sampled_model
@@ -29,8 +30,9 @@ def growing_loops(system: System, duration: float) -> list[Advice]:
     laws = [
         effector.name
         for effector in system.effectors
-        if not isinstance(effector, Effector) or effector.kind == "controller"
+        if (effector.kind == "controller" if isinstance(effector, Effector) else not effector.follows)
     ]
+    system = with_held_commands(system, loops=False)
     if not laws or len(system.all_state_names()) > MANY:
         return []
     system = replace(

@@ -95,6 +95,7 @@ def sampled_model(system: System) -> SampledModel:
     Raises ValueError without controllers, for controllers of different periods or starts, and for calls between two
     samples; and as `femflex.equilibrium`.
     """
+    system = with_held_commands(system, loops=False)
     period = _period(system)
     effectors = tuple(without_quantum(item) if is_sampled(item) else item for item in system.effectors)
     system = replace(system, effectors=effectors)
