@@ -18,7 +18,8 @@ from femflex.kernels.vectors import cross, dot
 
 CORNERS = 4  # of an outline; the last is repeated where it has fewer
 VERTICES = 16  # most of a polygon: pieces have at most half, and gain one per cut
-FRONT, CUTTER, INSIDE, SPARE, FIRST = 0, 1, 2, 3, 4  # of the polygons: FIRST, ... are the lit pieces
+WHOLE, FRONT, CUTTER, INSIDE, SPARE, FIRST = 0, 1, 2, 3, 4, 5  # of the polygons: FIRST, ... are the lit pieces
+SMALL = 16  # cells of the grid that a small outline meets at most
 MARKER, FACET, BODY, CLOSED = 0, 1, 2, 3  # whole numbers of an outline
 COSINE, BOX = 3, 4  # numbers of a projected outline: its plane (3,), the cosine to the light, and its box
 N_PROJECTED = 10
@@ -256,6 +257,66 @@ def hides(p: Array, q: Array) -> bool:
     return x and p[BOX + 2] < q[BOX + 3] and p[BOX + 3] > q[BOX + 2] and p[BOX + 5] > q[BOX + 4]
 
 
+@inner
+def part_in_cell(polygons: Array, n: int, whole: bool, i: int, j: int, per_side: int) -> int:
+    """Write the polygon WHOLE, or its part in a cell of the grid, as the first piece; its number of vertices."""
+    x, y, out = polygons[WHOLE], polygons[INSIDE], polygons[FIRST]
+    if whole:
+        out[:n] = x[:n]
+        return n
+    n = cut(x, n, 1.0, 0.0, -i / per_side, y)
+    n = cut(y, n, -1.0, 0.0, (i + 1) / per_side, out)
+    n = cut(out, n, 0.0, 1.0, -j / per_side, y)
+    return cut(y, n, 0.0, -1.0, (j + 1) / per_side, out)
+
+
+@inner
+def lit_pieces(
+    r: int,
+    cells: tuple[int, int, int, int],
+    per_side: int,
+    mark: int,
+    gap: float,
+    least: float,
+    projected: Array,
+    corners: Array,
+    numbers: IntArray,
+    polygons: Array,
+    sizes: IntArray,
+    marks: IntArray,
+    start: IntArray,
+    members: IntArray,
+) -> int:
+    """Cut what lies in front of outline r in these cells out of the piece FIRST; the end of the pieces, or FULL.
+
+    marks[k] = mark: of those that were looked at, and of r where one of them cut something out
+    """
+    p, end, i0, i1, j0, j1 = projected[r], FIRST + 1, cells[0], cells[1], cells[2], cells[3]
+    steep = abs(p[COSINE])
+    for i in range(i0, i1):
+        for at in range(start[i * per_side + j0], start[i * per_side + j1]):
+            k = members[at]
+            if k == r or marks[k] == mark or end == FIRST:
+                continue
+            marks[k] = mark
+            if not hides(projected[k], p):
+                continue
+            margin = max(gap, TOUCHING) if numbers[k, BODY] == numbers[r, BODY] else TOUCHING
+            n = set_polygon(corners[k], projected[k, COSINE] < 0.0, polygons[FRONT])
+            a, b, c = projected[k, 0] - p[0], projected[k, 1] - p[1], projected[k, 2] - p[2]
+            sizes[CUTTER] = cut(polygons[FRONT], n, steep * a, steep * b, steep * c - margin, polygons[CUTTER])
+            if n < 3 or sizes[CUTTER] < 3:
+                continue
+            for piece in range(FIRST, end):
+                if end + VERTICES > len(polygons):
+                    return FULL
+                end = without_cutter(polygons, sizes, piece, end, least)
+                if sizes[piece] == 0:
+                    marks[r] = mark
+            end = packed(polygons, sizes, end)
+    return end
+
+
 @kernel(LIT)
 def lit_parts(
     outlines: Array,
@@ -277,7 +338,7 @@ def lit_parts(
     gaps      (c,)       distance from its plane up to which outlines of the same body do not shade it [m]
     numbers   (c, 4)     MARKER, FACET (-1: it only casts shadow), BODY, and CLOSED: whether its back is never lit
     C, place  (m, 3, 3), (m, 3)  marker components to axes of which the third points to the light, and places there
-    sums      (1 + n_facets, 8)  the last row: frame of the sums, least x, y, z and extent [m], in which they count
+    sums      (1 + n_facets, 8)  the last row: least x, y, z and extent [m], in which the sums count; scratch
     corners, projected, polygons, scratch   (c, 4, 3), (c, N_PROJECTED), (m, VERTICES, 2); whole numbers
     """
     count, most, frame = len(outlines), len(polygons), sums[len(sums) - 1]
@@ -289,43 +350,42 @@ def lit_parts(
     scale_corners(corners, frame)
     for k in range(count):
         project(corners[k], projected[k])
-        marks[k] = -1
+        marks[k] = 0
     if not sort_into_grid(projected, per_side, start, members):
         return FULL
+    mark, lit = 0, frame[4:]
     for r in range(count):
         facet, p = numbers[r, FACET], projected[r]
         if facet < 0 or p[COSINE] == 0.0 or (numbers[r, CLOSED] > 0 and p[COSINE] < 0.0):
             continue
-        n = set_polygon(corners[r], p[COSINE] < 0.0, polygons[FIRST])
+        n = set_polygon(corners[r], p[COSINE] < 0.0, polygons[WHOLE])
         if n < 3:
             continue
-        sizes[FIRST] = n
-        add_moments(polygons[FIRST], n, p, sums[facet, :4])
-        least, end, steep = SLIVER * area_of(polygons[FIRST], n), FIRST + 1, abs(p[COSINE])
+        add_moments(polygons[WHOLE], n, p, sums[facet, :4])
+        least, touched = SLIVER * area_of(polygons[WHOLE], n), False
+        lit[:] = 0.0
         i0, i1, j0, j1 = cells_of(p, per_side)
-        for i in range(i0, i1):
-            for at in range(start[i * per_side + j0], start[i * per_side + j1]):
-                k = members[at]
-                if marks[k] == r or k == r or end == FIRST:
+        small = (i1 - i0) * (j1 - j0) <= SMALL
+        di, dj = (i1 - i0, j1 - j0) if small else (1, 1)  # large ones are taken cell by cell
+        for i in range(i0, i1, di):
+            for j in range(j0, j1, dj):
+                sizes[FIRST] = part_in_cell(polygons, n, small, i, j, per_side)
+                if sizes[FIRST] < 3:
                     continue
-                marks[k] = r
-                if not hides(projected[k], p):
-                    continue
-                if end + VERTICES > most:
+                mark += 1
+                end = lit_pieces(
+                    r, (i, i + di, j, j + dj), per_side, mark, gaps[r] / frame[3], least, projected, corners, numbers,
+                    polygons, sizes, marks, start, members,
+                )  # fmt: skip
+                if end == FULL:
                     return FULL
-                gap = max(gaps[r] / frame[3], TOUCHING) if numbers[k, BODY] == numbers[r, BODY] else TOUCHING
-                n = set_polygon(corners[k], projected[k, COSINE] < 0.0, polygons[FRONT])
-                a, b, c = projected[k, 0] - p[0], projected[k, 1] - p[1], projected[k, 2] - p[2]
-                sizes[CUTTER] = cut(polygons[FRONT], n, steep * a, steep * b, steep * c - gap, polygons[CUTTER])
-                if n < 3 or sizes[CUTTER] < 3:
-                    continue
+                touched = touched or marks[r] == mark
                 for piece in range(FIRST, end):
-                    if end + VERTICES > most:
-                        return FULL
-                    end = without_cutter(polygons, sizes, piece, end, least)
-                end = packed(polygons, sizes, end)
-        for piece in range(FIRST, end):
-            add_moments(polygons[piece], sizes[piece], p, sums[facet, 4:])
+                    add_moments(polygons[piece], sizes[piece], p, lit)
+        if touched:
+            sums[facet, 4:] += lit
+        else:
+            add_moments(polygons[WHOLE], n, p, sums[facet, 4:])
     return 0
 
 
