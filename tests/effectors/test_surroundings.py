@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
-from scipy.special import erf
+from scipy.integrate import quad, solve_ivp
+from scipy.special import erf, ive
 
 import femflex
 from femflex import Frame, Orbit, System, fem, rigid_body, simulate
@@ -231,6 +231,61 @@ def test_drag_of_a_sphere(normal, tangential):
     force = run["effectors/air_hub/force"][0]
     exact = 0.5e-11 * speed**2 * C * np.pi
     np.testing.assert_allclose(force, [0, -exact, 0], atol=6e-3 * exact)
+
+
+AIR, WALL, DENSITY = 1100.0, 350.0, 1e-11  # K, K, kg/m^3
+
+
+def force_of_air(body, surface, drag, attitude):
+    """Force and wind in the axes of a body at rest in an attitude, on a circular orbit in still air."""
+    air = Atmosphere(kind="atmosphere", density=DENSITY, temperature=AIR, rotation=0.0)
+    joint, frame = spherical("hub", q0=attitude), Frame("inertial")
+    craft = System({"hub": body}, [joint], orbit=Orbit(RADIUS + 400e3), frame=frame)
+    run = simulate(with_effectors(craft, {"atmosphere": air, "skin": surface, "air": drag}), 1e-6)
+    C = dcm_from_quaternion(run["bodies/hub/attitude"][0]).T
+    wind = C @ [0, -np.sqrt(3.986004418e14 / (RADIUS + 400e3)), 0]
+    return C @ run["effectors/air_hub/force"][0].reshape(-1, 3).sum(axis=0), wind
+
+
+def maxwellian_side(wind, n, normal, tangential):
+    """Force per area and density on a side, by integrals over the velocities of molecules that fly toward it."""
+    c = np.sqrt(2 * 8.31446261815324 / 0.016 * AIR)
+    U, along = -wind @ n, wind - (wind @ n) * n
+    flux, pressure = (
+        quad(
+            lambda u, k=k: u**k * np.exp(-(((u - U) / c) ** 2)) / (c * np.sqrt(np.pi)),
+            0,
+            abs(U) + 9 * c,
+            points=[abs(U)],
+        )[0]
+        for k in (1, 2)
+    )
+    diffuse = flux * np.sqrt(np.pi * 8.31446261815324 / 0.016 * WALL / 2)
+    return -((2 - normal) * pressure + normal * diffuse) * n + tangential * flux * along
+
+
+@pytest.mark.parametrize(("attitude", "normal", "tangential"), [
+    ((0.3, -0.8, 0.4, 0.2), 1.0, 1.0), ((0.9, 0.1, -0.3, 0.5), 0.9, 0.8), ((0.7, 0.7, 0.02, 0.0), 1.0, 1.0),
+])  # fmt: skip
+def test_lift_and_drag_of_plate_and_tube(attitude, normal, tangential):
+    """Both sides of a plate at incidence; a tube across the wind by Bessel functions (Schaaf and Chambre 1961)."""
+    attitude = np.array(attitude) / np.linalg.norm(attitude)
+    drag = AirDrag(normal_accommodation=normal, tangential_accommodation=tangential, wall_temperature=WALL)
+    film = [fem.Member("surface", "plate", 0.01, fem.Material(1e9, 0.3, 100))]
+    sheet = fem.build_structure(rectangle(2.0, 0.5, 4, 2), film)
+    panel = reduce_structure(sheet, cantilever_modes(sheet, ["left"], 2), patches=["surface"])
+    force, wind = force_of_air(panel, Surface(body="hub", group="surface"), drag, attitude)
+    n = np.array([0.0, 0.0, 1.0])
+    exact = DENSITY * sum(maxwellian_side(wind, side, normal, tangential) for side in (n, -n))
+    np.testing.assert_allclose(force, exact, atol=1e-9 * np.linalg.norm(exact))
+    boom = beam_body(UniformBeam(3.0, 1e5, 1e3, 1e3, 1e3, 1.0, ry=0.05, rz=0.05), BeamFunctions(z=2), patches=["all"])
+    force, wind = force_of_air(boom, Surface(body="hub", diameter=0.1), drag, attitude)
+    if normal == tangential == 1.0:
+        across = wind * [0, 1, 1]
+        s = np.linalg.norm(across) / np.sqrt(2 * 8.31446261815324 / 0.016 * AIR)
+        C = np.sqrt(np.pi) / s * ((s**2 + 1.5) * ive(0, s**2 / 2) + (s**2 + 0.5) * ive(1, s**2 / 2))
+        C += np.pi**1.5 / (4 * s) * np.sqrt(WALL / AIR)
+        np.testing.assert_allclose(force[1:], 0.5 * DENSITY * C * 0.3 * np.linalg.norm(across) * across[1:], rtol=3e-5)
 
 
 def test_drag_lowers_a_free_orbit():

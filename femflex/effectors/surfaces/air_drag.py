@@ -8,7 +8,7 @@ pressure and shear over rho V^2 / 2 are
             + ((2 - sigma_n)(s_n^2 + 1/2) + sigma_n/2 sqrt(pi T_w/T) s_n)(1 + erf s_n) ] / s^2
     tau = sigma_t sin theta [ exp(-s_n^2) + sqrt(pi) s_n (1 + erf s_n) ] / (s sqrt(pi))
 
-on both sides of a sheet, on the outside of closed bodies, and at AROUND places of a tube's circumference. Parts of a
+on both sides of a sheet, on the outside of closed bodies, and at 2 AROUND places of a tube's circumference. Parts of a
 craft do not shield one another.
 """
 
@@ -30,7 +30,7 @@ from femflex.system.acting import Context
 from femflex.system.orbit import ORBIT_SIGNALS
 
 GAS_CONSTANT = 8.31446261815324  # J/(mol K)
-AROUND = 16  # places of a circumference: the mean over a smooth periodic function converges exponentially
+AROUND = 16  # places of half a circumference: 1.4e-5 of the drag at a speed ratio of 7, exponentially less below
 WIDTH = REST + 1  # whether the back is exposed
 NORMAL, TANGENTIAL, WALL, GAS = HEAD, HEAD + 1, HEAD + 2, HEAD + 3  # accommodation, wall temperature, 2 R / M
 
@@ -91,15 +91,18 @@ def air_on_facet(V: Vector, T: float, p: Array, first: int) -> Vector:
         return ZERO
     n = scale(1.0 / size, area)
     if p[first + FORM] > 0.0:
-        x = (1.0, 0.0, 0.0) if abs(n[0]) < 0.6 else (0.0, 1.0, 0.0)
-        a = cross(n, x)
-        a = scale(1.0 / math.sqrt(dot(a, a)), a)
-        b, force = cross(n, a), ZERO
+        across = sub(V, scale(dot(V, n), n))
+        speed = math.sqrt(dot(across, across))
+        if speed == 0.0:
+            across = cross(n, (1.0, 0.0, 0.0) if abs(n[0]) < 0.6 else (0.0, 1.0, 0.0))
+            speed = math.sqrt(dot(across, across))
+        a, force = scale(1.0 / speed, across), ZERO
+        b = cross(n, a)
         for k in range(AROUND):
-            angle = 2.0 * math.pi * k / AROUND
+            angle = math.pi * (k + 0.5) / AROUND
             outward = add(scale(math.cos(angle), a), scale(math.sin(angle), b))
             force = add(force, air_on_side(V, outward, T, p))
-        return scale(2.0 * math.pi * size / AROUND, force)
+        return scale(2.0 * math.pi * size / AROUND, sub(force, scale(dot(force, b), b)))  # both halves
     force = air_on_side(V, n, T, p)
     if p[first + REST] > 0.0:
         force = add(force, air_on_side(V, scale(-1.0, n), T, p))
