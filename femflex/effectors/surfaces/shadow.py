@@ -22,6 +22,7 @@ from femflex.system.controller import Controller
 
 LIGHT = 4  # numbers of a facet: the share that is lit, and its centre from that of the whole facet, axes of the marker
 WHOLE = (1.0, 0.0, 0.0, 0.0)  # of a facet that is lit
+NO_SHAPES = np.zeros(0)
 Facets = Mapping[str, Sequence[Facet]]  # marker -> facets that move with it
 
 
@@ -59,7 +60,11 @@ def shadow(
     marker_of, body_of = (np.array([getattr(each, key) for each in lit_facets]) for key in ("marker", "body"))
     first, n = np.unique(body_of, return_index=True)[1], len(lit_facets)
     to_sun = [f"effectors/{sun}/{axis}" for axis in "xyz"]
-    motion = [tuple(f"bodies/{body}/{key}" for key in ("position", "attitude", "delta")) for body in order]
+    shaped = [("delta",) if m[0].phi.size else () for m in markers]  # a rigid body has no such channel
+    motion = [
+        tuple(f"bodies/{body}/{key}" for key in ("position", "attitude", *more))
+        for body, more in zip(order, shaped, strict=True)
+    ]
 
     def law(t: float, seen: Mapping[str, Array], memory: Array) -> tuple[Array, Array]:
         E = across(np.array([seen[path] for path in to_sun]))
@@ -95,7 +100,7 @@ def outlines_of(carried: Sequence[Carried]) -> tuple[Array, Array, Array, IntArr
     )
 
 
-def marker_motion(markers: Sequence[Marker], r: Array, q: Array, delta: Array) -> tuple[Array, Array]:
+def marker_motion(markers: Sequence[Marker], r: Array, q: Array, delta: Array = NO_SHAPES) -> tuple[Array, Array]:
     """Place (m, 3) and C_NM (m, 3, 3), inertial components, of markers of one body.
 
     r (3,) [m], q (4,) = q_BN: its place and attitude; delta (n,): amplitudes of its shapes
