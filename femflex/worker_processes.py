@@ -24,13 +24,15 @@ def worker_context(modules: list[str]) -> BaseContext:
     """
     if SERVER not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
-    from multiprocessing import forkserver
+    from multiprocessing import forkserver, resource_tracker
 
     context = multiprocessing.get_context(SERVER)
     context.set_forkserver_preload(modules)
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])  # Ctrl-C is the caller's; workers end with it
-    sys.warnoptions.append(QUIET_REMOVAL)  # that process gets these options when it starts
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, [])
+    sys.warnoptions.append(QUIET_REMOVAL)  # these processes get the options when they start
     try:
+        resource_tracker.ensure_running()  # first, for it ends with SIGINT let through
+        signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])  # Ctrl-C is the caller's; workers end with it
         forkserver.ensure_running()
     finally:
         sys.warnoptions.remove(QUIET_REMOVAL)

@@ -37,7 +37,7 @@ from femflex.deployment.shapes import MemberShapes
 from femflex.noun.problems import CaseError, Problem
 from femflex.reduction import BeamFunctions
 from femflex.reduction.origin import Deployed, Fields, Origin
-from femflex.system import Profile, System, Variation
+from femflex.system import LengthTable, Profile, System, Variation
 from femflex.system.motion import Motion
 from femflex.warning import PhysicsWarning
 
@@ -84,7 +84,10 @@ def deployed_origin(case: Case, name: str, table: DeployingTable, member: Deploy
     def richer() -> tuple[FlexibleBody, Fields]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", PhysicsWarning)  # the member itself has issued it
-            rich_member = build_deploying(case, name, _with_more_functions(table))
+            rich_table, numbers = _with_more_functions(table), member.variation.write
+            if rich_table.length is not None and isinstance(numbers, LengthTable):  # no other lengths are needed
+                rich_table = _with_constant_length(rich_table, member.start[0], numbers.stock or member.start[0])
+            rich_member = build_deploying(case, name, rich_table)
         return rich_member.body, partial(_fields, rich_member.shapes)
 
     source = Deployed(member.shapes.functions, partial(_fields, member.shapes), richer)
@@ -121,10 +124,14 @@ def with_lengths_at(case: Case, t: float) -> Case | None:
             length = table.length.profile(case.path.parent)
             first, at_time = (float(length(at)[0]) for at in (0.0, t))
             if at_time != first and at_time > 0.0:
-                stock = table.stock or length_range(length, t)[1]
-                fixed = Motion(profile=partial(_constant_profile, at_time))
-                tables[name] = table.model_copy(update={"length": fixed, "stock": stock, "initial": None})
+                tables[name] = _with_constant_length(table, at_time, table.stock or length_range(length, t)[1])
     return case.model_copy(update={"bodies": {**case.bodies, **tables}}) if tables else None
+
+
+def _with_constant_length(table: DeployingTable, length: float, stock: float) -> DeployingTable:
+    """The member of a constant length [m], out of a stock [m], without initial deflection."""
+    fixed = Motion(profile=partial(_constant_profile, length))
+    return table.model_copy(update={"length": fixed, "stock": stock, "initial": None})
 
 
 def _constant_profile(value: float, _: Path) -> Profile:

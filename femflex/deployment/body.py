@@ -27,7 +27,7 @@ from femflex.warning import PhysicsWarning
 
 SAMPLES = 2001  # of a profile between its breaks, to find its least and largest length
 SOFTENING_LIMIT = 0.02  # change of bending stiffness by axial inertia from which linear strain is warned of
-MOST_FUNCTIONS = 28  # of a condensed member, or modes of elements; to check one with 30 takes 20 s, and more as n^4
+MOST_FUNCTIONS = 24  # of a condensed member, or modes of elements; to check one takes 12 s, and more as n^4
 BUCKLING = 7.837  # of m' |A| L^3 / EI, at which a cantilever under its own distributed load buckles
 
 

@@ -203,7 +203,9 @@ class MemberShapes(ABC):
 
 def without_rounding(function: Callable[[Array], Array], xi: Array) -> Array:
     """Values (n_xi, ...) at xi [1] without rounding: a clamped end does not move at all."""
-    values, size = function(xi), np.abs(function(np.linspace(0.0, 1.0, 33))).max(initial=0.0)
+    places = np.concatenate([xi, np.linspace(0.0, 1.0, 33)])
+    values = function(places)
+    values, size = values[: len(xi)], np.abs(values[len(xi) :]).max(initial=0.0)
     return np.where(np.abs(values) > ROUNDING * size, values, 0.0)
 
 
