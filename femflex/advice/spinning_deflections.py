@@ -20,7 +20,7 @@ import numpy as np
 from femflex.advice.deflections import DeflectionWatch, deflection_watches
 from femflex.advice.limits import SLOW_RATIO, SPINNING_ERROR
 from femflex.advice.remedies import division_remedy
-from femflex.advice.stiffening import attached_masses, lowest_frequency
+from femflex.advice.stiffening import attached_masses, body_rate, lowest_frequency
 from femflex.arrays import Array, IntArray
 from femflex.system import LengthTable
 from femflex.warning import PhysicsWarning
@@ -58,7 +58,7 @@ class SpinningDeflectionWatch:
     def watch(self, states: Array, channels: Mapping[str, Array]) -> None:
         """Record the largest error over a block of states (n_t, n_x) [SI] and its channels (n_t, ...)."""
         for body in self._watches:
-            rate = np.linalg.norm(channels[f"bodies/{body.name}/rate"], axis=1)
+            rate = np.linalg.norm(body_rate(channels, body.name), axis=1)
             rows = np.flatnonzero(rate > SLOW_RATIO * self._first[body.name])
             if not rows.size:
                 continue

@@ -35,6 +35,11 @@ class AxialForce:
     sign: float
 
 
+def body_rate(channels: Mapping[str, Array], name: str) -> Array:
+    """Inertial rate (n_t, 3) of a body [rad/s]; zero for one that cannot turn, whose rate is not reported."""
+    return channels.get(f"bodies/{name}/rate", np.zeros((len(channels[f"bodies/{name}/attitude"]), 3)))
+
+
 class OmittedStiffness:
     """Geometric stiffness of the lowest shape of each body over its elastic stiffness; negative where it softens.
 
@@ -75,7 +80,7 @@ class OmittedStiffness:
         acceleration = forces[self._system.root] / mass[self._system.root] if self._free else 0.0 * origin
         out = {}
         for name, foreshortening in self.bodies.items():
-            omega, C = channels[f"bodies/{name}/rate"], np.swapaxes(rotations[name], 1, 2)
+            omega, C = body_rate(channels, name), np.swapaxes(rotations[name], 1, 2)
             W = omega[:, :, None] * omega[:, None, :] - np.einsum("ta,ta,bc->tbc", omega, omega, np.eye(3))
             W = W - self._gradient(channels, C)
             accelerations = np.broadcast_to(acceleration, positions[name].shape)
@@ -165,7 +170,7 @@ class StiffeningWatch:
     def watch(self, channels: Mapping[str, Array]) -> None:
         """Record the largest and smallest gains over a block of rows (n_t, ...)."""
         for name, gain in self._omitted.gains(channels).items():
-            self._record(name, gain, np.linalg.norm(channels[f"bodies/{name}/rate"], axis=1))
+            self._record(name, gain, np.linalg.norm(body_rate(channels, name), axis=1))
 
     def _record(self, name: str, gain: Array, spin: Array) -> None:
         whole = self._whole[name]

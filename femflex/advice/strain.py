@@ -28,7 +28,7 @@ from femflex.advice.limits import (
 )
 from femflex.advice.motion_estimate import MotionEstimate
 from femflex.advice.remedies import division_remedy
-from femflex.advice.stiffening import OmittedStiffness, attached_masses, lowest_frequency
+from femflex.advice.stiffening import OmittedStiffness, attached_masses, body_rate, lowest_frequency
 from femflex.arrays import Array
 from femflex.dynamics import compile_system
 from femflex.system import Environment, Frame, System
@@ -238,7 +238,7 @@ def motion_extents(estimate: MotionEstimate, origins: BodyOrigins) -> dict[str, 
     extents = {}
     for watch, initial_watch in zip(deflection_watches(model), deflection_watches(model), strict=True):
         name, body = watch.name, system.bodies[watch.name]
-        rate = np.linalg.norm(channels[f"bodies/{name}/rate"], axis=1)
+        rate = np.linalg.norm(body_rate(channels, name), axis=1)
         gain = gains.get(name, np.zeros(len(rate)))
         linear = float(watch.relative_displacements(estimate.elastic_states).max())
         states = estimate.elastic_states.copy()

@@ -17,6 +17,8 @@ def angle_lines(run: Run, sequence: str) -> list[str]:
 
     from femflex.rotations import dcm_from_angles, is_symmetric, singularity_distance, vector_from_dcm
 
+    if "attitude/angles" not in run:
+        return []
     angles, names = run["attitude/angles"], run.names("attitude/angles")
     distance = float(singularity_distance(angles, sequence).min(initial=np.inf))
     if distance > SWINGING:

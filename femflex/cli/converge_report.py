@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
-from femflex.cli.tables import print_json, print_table
+from femflex.cli.tables import print_folded, print_json, print_table
 
 if TYPE_CHECKING:
     from femflex.studies import Convergence, FunctionStudy, StrainStudy
@@ -63,7 +62,7 @@ class StudyOutputs:
                 {"studies": studies, "choice": choices, "verdict": recommendation_text(findings), "notes": dict(notes)}
             )
         elif len(findings) > 1:
-            print(fill(f"together    {recommendation_text(findings)}", 110, subsequent_indent=" " * 12))
+            print_folded(f"together    {recommendation_text(findings)}")
         if self.picture is not None and complete:  # an interrupt does not wait for a picture
             from femflex.view.side_by_side import plot_studies
 
@@ -89,7 +88,7 @@ def print_forms(study: StrainStudy) -> None:
         )
     heads = ["strain", "coordinates", "vibration", "derivatives", "dependent", "value", "difference", "seconds", ""]
     print_table(heads, rows)
-    print(fill(f"verdict     {study.verdict}", 110, subsequent_indent=" " * 12))
+    print_folded(f"verdict     {study.verdict}")
 
 
 def print_kinds(comparison: FunctionStudy) -> None:
@@ -104,7 +103,7 @@ def print_kinds(comparison: FunctionStudy) -> None:
                 [kind, str(level), str(study.counts[k]), f"{study.values[k]:.12g}", f"{differences[k]:.2e}", mark]
             )
     print_table(["functions", "a field", "coordinates", "value", "difference", ""], rows)
-    print(fill(f"verdict     {comparison.verdict}", 110, subsequent_indent=" " * 12))
+    print_folded(f"verdict     {comparison.verdict}")
 
 
 def print_study(study: Convergence) -> None:
@@ -120,10 +119,10 @@ def print_study(study: Convergence) -> None:
         rows.append([str(level), str(study.counts[k]), *shape_counts[k], f"{study.values[k]:.12g}", *error_texts, mark])
     print_table([*heads, "value", "change", "error", ""], rows)
     if study.over == "modes" and study.added.any():
-        print(fill(f"level       {LEVEL}", 110, subsequent_indent=" " * 12))
+        print_folded(f"level       {LEVEL}")
     for text in study.left_out:
-        print(fill(f"left out    {text}", 110, subsequent_indent=" " * 12))
-    print(fill(f"verdict     {study.verdict}", 110, subsequent_indent=" " * 12))
+        print_folded(f"left out    {text}")
+    print_folded(f"verdict     {study.verdict}")
 
 
 def shape_count_columns(study: Convergence) -> tuple[list[list[str]], list[str]]:

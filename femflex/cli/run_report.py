@@ -161,9 +161,9 @@ def _attitude_line(prepared: Prepared) -> str:
     from femflex.rotations import letters_of
 
     case, system = prepared.case, prepared.system
-    channels = prepared.model.observe(prepared.times[:1], prepared.model.x0[None])
-    angles = [degrees(a) + 0.0 for a in channels["attitude/angles"][0]]  # no -0
-    names = prepared.model.channels["attitude/angles"].names
+    path, model = "attitude/angles", prepared.model
+    angles = [degrees(a) + 0.0 for a in model.observation(prepared.times[:1], model.x0[None])[path][0]]  # no -0
+    names = model.all_channels.channel(path).names
     sequence = system.libration_sequence
     pairs = sorted(zip(letters_of(sequence), names, angles, strict=True), key=lambda pair: pair[0])
     text = ", ".join(f"{name} {angle:.4g}" for _, name, angle in pairs)

@@ -103,7 +103,7 @@ class MotionGuard:
     def _divergence_advice(self, name: str, shape: int, block: Block, row: int) -> str:
         """Advice on the cause of a divergence in one shape of a body: spin, a stretching mode, or buckling."""
         channels = self._model.observe(block.times[row : row + 1], block.states[row : row + 1])
-        rate = channels.get(f"bodies/{name}/rate", np.full((1, 3), np.nan))
+        rate = channels.get(f"bodies/{name}/rate", np.zeros((1, 3)))
         spin, omega = float(np.linalg.norm(rate)), self._model.system.bodies[name].omega
         first = float(np.nanmin(omega, initial=np.inf))
         shape_frequency = float(omega[shape]) if shape < len(omega) else np.nan

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from femflex.arrays import Array
+from femflex.dynamics.reports.mobility import can_turn
 from femflex.dynamics.reports.report import Observation, Report, RowReport
 from femflex.dynamics.reports.row import BODY, EULER, XYZ, origin_text, worded
 from femflex.rotations import dcm_from_quaternion, dcm_from_vector, quaternion_from_dcm
@@ -21,7 +22,9 @@ class Bodies(RowReport):
     def channels(self, system: System) -> dict[str, Channel]:
         words = {"where": origin_text(system)}
         return {
-            f"bodies/{name}/{key}": worded(channel, {**words, "name": name})
+            f"bodies/{name}/{key}": worded(
+                channel, {**words, "name": name}, reported=key != "rate" or can_turn(system, name)
+            )
             for name in system.order
             for key, channel in BODY.items()
         }

@@ -19,6 +19,7 @@ from femflex.arrays import Array
 from femflex.dynamics.lowering.layout import W_ACC, W_CIN, W_OMEGA, body_records
 from femflex.dynamics.lowering.lower import reported_markers
 from femflex.dynamics.reports.bodies import undeformed_place
+from femflex.dynamics.reports.mobility import can_move
 from femflex.dynamics.reports.report import Observation, RowReport
 from femflex.dynamics.reports.row import IN_MARKER, MARKER, MARKER_WIDTH, origin_text, worded
 from femflex.system import Channel, System
@@ -43,9 +44,9 @@ class Markers(RowReport):
             stretch = ", static stretch included," if (body, marker) in stretching else ""
             words = {"label": label, "where": origin_text(system), "stretch": stretch}
             deflects = is_deformable_marker(system, body, marker) or label != f"{body}.{marker}"
+            reported = {"position": True, "velocity": deflects or can_move(system, body), "deflection": deflects}
             for key, channel in MARKER.items():
-                reported = deflects or channel is not MARKER["deflection"]
-                out[f"markers/{label}/{key}"] = worded(channel, words, reported=reported)
+                out[f"markers/{label}/{key}"] = worded(channel, words, reported=reported[key])
         return out
 
     def observe(self, seen: Observation) -> Iterable[Array]:

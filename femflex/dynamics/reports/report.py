@@ -83,6 +83,10 @@ class Channels:
         report_of = {path: report for report, channels in by_report.items() for path in channels}
         return cls(by_report, report_of, columns, n)
 
+    def channel(self, path: str) -> Channel:
+        """The channel of a path."""
+        return self.by_report[self.report_of[path]][path]
+
     def reported(self) -> dict[str, Channel]:
         """Path -> Channel of those that a run reports."""
         return {path: c for channels in self.by_report.values() for path, c in channels.items() if c.reported}

@@ -35,13 +35,21 @@ def always(_system: System) -> bool:
     return True
 
 
+def has_attitude(system: System) -> bool:
+    """Whether the root body can have an attitude other than that of its marker."""
+    joint = system.joint_of(system.root)
+    return joint.ball is not None or len(joint.rotations) > 0
+
+
 def in_orbit(system: System) -> bool:
     """Whether the craft is in an orbit."""
     return system.orbit is not None
 
 
 FIXED: dict[str, tuple[Channel, Callable[[System], bool]]] = {  # and whether a system has it
-    "attitude/angles": (Channel("rad", "attitude of {root} from the {frame} frame, {turns}", (3,), ANGLES), always),
+    "attitude/angles": (
+        Channel("rad", "attitude of {root} from the {frame} frame, {turns}", (3,), ANGLES), has_attitude
+    ),
     "monitors/energy": (Channel("J", "total energy"), always),
     "monitors/kinetic": (Channel("J", "kinetic energy{relative}"), always),
     "monitors/momentum": (Channel("kg m/s", "linear momentum", (3,), XYZ, "inertial"), always),
