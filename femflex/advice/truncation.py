@@ -333,7 +333,10 @@ def _change_text(kept: Array, modes: RestModes, k: int) -> str:
     rich = modes.omega[k] / (2.0 * np.pi)
     if k >= len(kept):
         return f"a mode at {rich:.4g} Hz is missing"
-    return f"{kept[k] / (2.0 * np.pi):.4g} Hz would be {rich:.4g} Hz"
+    frequency = float(kept[k]) / (2.0 * np.pi)
+    if f"{frequency:.4g}" == f"{rich:.4g}":
+        return f"the mode of {rich:.4g} Hz would take another share of it"
+    return f"{frequency:.4g} Hz would be {rich:.4g} Hz"
 
 
 def _bodies_to_refine(richer: RicherCraft, k: int) -> str:

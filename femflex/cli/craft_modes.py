@@ -156,7 +156,7 @@ def damping_note(case: Case, modes: SystemModes) -> str:
             return (
                 f"mode {k + 1} has a ratio of {damping_ratio:.4g}, and body {body!r} is given {ratio:g}. The "
                 "given ratio applies to the modes of the clamped body; in the craft it differs, and "
-                "dampers of joints add to it"
+                "dampers of joints and control add to it"
             )
     return ""
 
