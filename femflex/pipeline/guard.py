@@ -12,6 +12,7 @@ from femflex.advice.bodies import BodyOrigins
 from femflex.advice.deflections import DeflectionWatch, deflection_watches
 from femflex.advice.limits import DIVERGENCE_RATIO, SINGULARITY_DISTANCE, STRETCHING_RATIO, ZERO_RATE
 from femflex.arrays import Array
+from femflex.dynamics.joints.places import joint_places
 from femflex.system import LengthTable
 from femflex.warning import PhysicsWarning
 
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 
 
 LARGEST_RATES = {"rad/s": 1e5, "m/s": 3e6}  # ten times what flywheels reach; a hundredth of the speed of light
+
+
+LARGEST_SLIDE = 1e7  # m, of bodies of one craft from one another; the longest tethers have reached 3e4 m
 
 
 class MotionGuard:
@@ -38,6 +42,11 @@ class MotionGuard:
         self._names = [name for name, _ in model.system.velocity_names()]
         self._units = units
         self._fastest = np.array([LARGEST_RATES.get(unit, np.inf) for unit in units])
+        self._slides = [
+            (joint, iq + k)
+            for joint, iq, _ in joint_places(model.system)
+            for k in range(len(joint.translations) if joint.parent is not None else 0)
+        ]
         self._deflections = deflection_watches(model, origins)
 
     def divergence(self, block: Block) -> IntegrationError | None:
@@ -47,7 +56,7 @@ class MotionGuard:
         if not len(block.times) or block.t > block.times[-1]:
             states = np.concatenate([block.states.reshape(-1, len(block.x)), block.x[None]])
             block = Block(np.append(block.times, block.t), states, block.resume)
-        if (error := self._rate_error(block)) is not None:
+        if (error := self._rate_error(block) or self._slide_error(block)) is not None:
             return error
         for watch in self._deflections:
             shape_displacements, size = watch.shape_displacements(block.states), self._sizes(watch, block)
@@ -98,6 +107,22 @@ class MotionGuard:
             f"{self._fastest[k]:g} {self._units[k]}, which no craft reaches. {self._cause_text(block, rows[0], advice)}"
         )
         column = self._model.n_q + k
+        return IntegrationError(text, block.times[row], block.states[row], column, block.steps)
+
+    def _slide_error(self, block: Block) -> IntegrationError | None:
+        from femflex.integrate import IntegrationError
+
+        slides = np.abs(block.states[:, [k for _, k in self._slides]])
+        rows = np.flatnonzero((slides > LARGEST_SLIDE).any(axis=1))
+        if not len(rows):
+            return None
+        row, worst = slice(rows[0], rows[0] + 1), int(np.argmax(slides[rows[0]]))
+        joint, column = self._slides[worst]
+        text = (
+            f"the motion diverges: body {joint.child!r} is {slides[rows[0], worst]:.3g} m from {joint.parent!r} along "
+            f"joint {joint.label!r}, beyond {LARGEST_SLIDE:g} m. Check for a load in a wrong unit; a spring or a stop "
+            "limits the slide."
+        )
         return IntegrationError(text, block.times[row], block.states[row], column, block.steps)
 
     def _divergence_advice(self, name: str, shape: int, block: Block, row: int) -> str:
