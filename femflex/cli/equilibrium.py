@@ -120,12 +120,13 @@ def print_equilibrium(state: Equilibrium, verbose: bool) -> None:
 
 def print_stability(state: Equilibrium) -> None:
     """Print the verdict, the growth rate and its threshold, and the rigid-body motions that neither grow nor decay."""
-    print_folded(f"stability   {state.verdict}")
+    named = state.share == 1.0 and state.motions.known  # as motions, below
+    print_folded(f"stability   {state.verdict.partition(', neutral along ')[0] if named else state.verdict}")
     if len(state.eigenvalues):
         from femflex.dynamics.equilibria.small_motions import growth_rule
 
         print_folded(f"growth      largest growth rate {state.growth:.3g} 1/s; {growth_rule()}")
-    if state.share == 1.0 and state.motions.known:
+    if named:
         counts: dict[str, int] = {}
         for motion in state.motions.known:
             counts[motion.name] = counts.get(motion.name, 0) + 1
