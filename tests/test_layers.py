@@ -31,7 +31,7 @@ ALLOWED = {
     "deployment": {"reduction", "fem", "system", "body", "mesh", "memory", "rotations"},
     "dynamics": {"effectors", "system", "body", "rotations", "kernels", "summary"},
     "results": {"noun", "body", "system", "rotations", "reading", "writing", "hdf5"},
-    "view": {"results", "body", "mesh", "rotations", "writing"},
+    "view": {"results", "body", "kernels", "mesh", "rotations", "writing"},
     "studies": EVERYTHING - {"cli"},
     "case": {"noun", "effectors", "system", "body", "mesh", "rotations"},
     "assembly": {

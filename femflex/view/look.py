@@ -39,7 +39,7 @@ class Look:
              (Bodies have their true poses, so a body on a magnified one seems detached; the undeformed bodies are
              drawn transparent.)
     colour   quantity that colours flexible bodies: "displacement", "energy" or "strain:<name>" (names: see
-             `view.paint`)
+             `view.paint`); or all bodies: "light" (see `view.sunlight`)
     camera   "auto", "fixed", "follow", "orbital", "body" or "body:<name>"
     view     direction from the scene to the camera, in the camera's frame; None: largest area of the craft
     triads   axes of the bodies, and of the orbital or inertial frame in the corner

@@ -10,7 +10,7 @@ from femflex.arrays import Array
 from femflex.results import Run, RunBody
 from femflex.view.deploying_skin import amplitudes_with_growth, deploying_bodies
 from femflex.view.segments import body_of_marker, extended_coordinates, segmented_body_of
-from femflex.view.surroundings import directions_of
+from femflex.view.surroundings import directions_of, sun_of
 
 CAMERAS = ("auto", "fixed", "follow", "orbital", "body")
 FAR = 1.0  # travel over size beyond which the automatic camera follows
@@ -26,6 +26,7 @@ class Motion:
     traces    marker or contact -> (n_t, 3) [m], a marker's with its deflection magnified as the bodies are drawn
     sights    line of sight -> its start (n_t, 3) [m] and direction (n_t, 3)
     directions  word of a sun or a magnetic field -> its unit vector (n_t, 3)
+    sun_share  (n_t,)  visible share of the sun's disc; 1 without a sun
     lengths   body that deploys -> its length (n_t,) [m]
     """
 
@@ -39,6 +40,7 @@ class Motion:
     sights: dict[str, tuple[Array, Array]]
     lengths: dict[str, Array]
     directions: dict[str, Array]
+    sun_share: Array
 
 
 class Interpolated:
@@ -130,9 +132,10 @@ def motion(
         word: np.einsum("tji,tj->ti", C_NV, unit_vectors(np.stack([channel(f"{head}/{axis}") for axis in "xyz"], 1)))
         for head, word in directions_of(run).items()
     }
+    sun_share = np.ones(len(times)) if (sun := sun_of(run)) is None else channel(f"{sun}/visible")
     return Motion(
         np.asarray(times, float), relative, relative_attitude, delta, amplitudes, reference, lines, sights, lengths,
-        directions,
+        directions, sun_share,
     )  # fmt: skip
 
 

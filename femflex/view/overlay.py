@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from femflex.arrays import Array
 from femflex.view.framing import View
 from femflex.view.theme import Theme
 from femflex.view.units import Bar, length_unit, round_below
+
+if TYPE_CHECKING:
+    from matplotlib.colors import ListedColormap
 
 ALIGN = {"left": 0, "center": 1, "right": 2, "bottom": 0, "top": 2}
 CORNER = (0.19, 0.175)  # centre of the corner triad from the left and the bottom, parts of the height
@@ -54,8 +57,8 @@ def add_text(
     return actor
 
 
-def add_colour_bar(renderer: Any, bar: Bar, theme: Theme, size: tuple[int, int]) -> None:
-    """A labelled bar at the right rim."""
+def add_colour_bar(renderer: Any, bar: Bar, colours: ListedColormap, theme: Theme, size: tuple[int, int]) -> None:
+    """A labelled bar of these colours at the right rim."""
     import pyvista as pv
     from vtkmodules.vtkCommonCore import vtkPoints, vtkUnsignedCharArray
     from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
@@ -63,20 +66,20 @@ def add_colour_bar(renderer: Any, bar: Bar, theme: Theme, size: tuple[int, int])
 
     (low, high), unit = BAR_HEIGHT, size[1] / size[0]  # parts of the width in one of the height
     left_side, right_side = (1 - x * unit for x in BAR_PLACE)
-    points, cells, colours = vtkPoints(), vtkCellArray(), vtkUnsignedCharArray()
-    colours.SetNumberOfComponents(3)
-    for k, colour in enumerate(theme.colour_map(bar.signed)(np.linspace(0, 1, 256))):
+    points, cells, painted = vtkPoints(), vtkCellArray(), vtkUnsignedCharArray()
+    painted.SetNumberOfComponents(3)
+    for k, colour in enumerate(colours(np.linspace(0, 1, 256))):
         y = [low + (high - low) * j / 256 for j in (k, k + 1)]
         ids = [
             points.InsertNextPoint(x, h, 0.0)
             for x, h in ((left_side, y[0]), (right_side, y[0]), (right_side, y[1]), (left_side, y[1]))
         ]
         cells.InsertNextCell(4, ids)
-        colours.InsertNextTuple3(*pv.Color(colour[:3]).int_rgb)
+        painted.InsertNextTuple3(*pv.Color(colour[:3]).int_rgb)
     strip, coordinate, mapper, actor = vtkPolyData(), vtkCoordinate(), vtkPolyDataMapper2D(), vtkActor2D()
     strip.SetPoints(points)
     strip.SetPolys(cells)
-    strip.GetCellData().SetScalars(colours)
+    strip.GetCellData().SetScalars(painted)
     coordinate.SetCoordinateSystemToNormalizedViewport()
     mapper.SetInputData(strip)
     mapper.SetTransformCoordinate(coordinate)
@@ -86,7 +89,7 @@ def add_colour_bar(renderer: Any, bar: Bar, theme: Theme, size: tuple[int, int])
     for k, label in enumerate(bar.labels):
         level = low + (high - low) * k / (len(bar.labels) - 1)
         add_text(renderer, label, (right_side + 0.014 * unit, level), pixels, theme.text, "left center")
-    title = f"{bar.title}\n[{bar.unit}]"
+    title = f"{bar.title}\n[{bar.unit}]" if bar.unit else bar.title
     add_text(renderer, title, (1 - 0.025 * unit, high + 0.035), pixels, theme.text, "right bottom")
 
 

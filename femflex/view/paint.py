@@ -212,7 +212,7 @@ def paints_of(run: Run, bodies: Mapping[str, RunBody], colour: str) -> tuple[Map
     flexible = {name: body for name, body in bodies.items() if body.n_modes}
     fields = {name: body.strain_field for name, body in flexible.items() if body.strain_field}
     quantity = quantity_of_colour(
-        colour, [field_part for field in fields.values() for field_part in field], str(run.path.name)
+        colour, [field_part for field in fields.values() for field_part in field], str(run.path.name), ("light",)
     )
     paints = {
         name: BodyPaint.from_field(quantity, field, skin)
@@ -229,8 +229,10 @@ def paints_of(run: Run, bodies: Mapping[str, RunBody], colour: str) -> tuple[Map
     return paints, strain_bar(max(high, -low), quantity.unit, signed, quantity.title)
 
 
-def quantity_of_colour(colour: str, field_parts: list[StrainPart], source: str) -> Quantity:
-    """The quantity that a colour names, of those that the parts have.
+def quantity_of_colour(
+    colour: str, field_parts: list[StrainPart], source: str, others: tuple[str, ...] = ()
+) -> Quantity:
+    """The quantity that a colour names, of those that the parts have; others: further colours that exist.
 
     Raises ValueError with the known names, also where there are no parts.
     """
@@ -258,7 +260,7 @@ def quantity_of_colour(colour: str, field_parts: list[StrainPart], source: str) 
             "earlier femflex, or of matrices without elements. Make it again with `femflex run` or `femflex body`, or "
             "colour by displacement."
         )
-    names = ", ".join(["displacement", *(available or default_names)])
+    names = ", ".join(["displacement", *others, *(available or default_names)])
     raise ValueError(f"colour {colour!r} is not known for {source}; known are {names}.")
 
 

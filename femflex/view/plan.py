@@ -16,6 +16,7 @@ from femflex.view.look import Look
 from femflex.view.motion import chosen_camera, motion, traced_markers
 from femflex.view.paint import Paint, paints_of
 from femflex.view.segments import extended_skin, segmented_bodies, segmented_body_of
+from femflex.view.sunlight import LIGHT, sunlight_bar
 from femflex.view.units import Bar, colour_bar
 
 FRAMING_ROWS = 200
@@ -39,7 +40,7 @@ class ScenePlan:
     largest   elastic displacement of the whole run [m], reached at time peak [s]
     span      first and last time of the run [s]
     still     time [s] after which no point moves visibly, including a pause; the end of the run if that is close
-    bar       the colour bar, None where nothing deforms
+    bar       the colour bar, None where nothing deforms and displacement colours
     paints    body -> source of its colours, if that is not the displacement
     sight     length at which lines of sight are drawn [m]
     """
@@ -89,7 +90,7 @@ def plan_scene(run: Run, look: Look, time: float | None = None) -> ScenePlan:
     moving = motion(run, instants, camera, body, look.traces, scale)
     points = cloud(moving, thin, scale, arms, SIGHT * size)
     view = _camera_view(points.reshape(-1, 3), look, camera, largest > TINY or look.colour != "displacement")
-    paints, bar = paints_of(run, bodies, look.colour)
+    paints, bar = ({}, sunlight_bar(run)) if look.colour == LIGHT else paints_of(run, bodies, look.colour)
     if look.colour == "displacement":
         bar = colour_bar(largest) if largest > TINY else None
     span = float(run.time[0]), float(run.time[-1])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Self
 
 import numpy as np
@@ -22,7 +23,8 @@ from femflex.view.overlay import (
     pose_matrix,
 )
 from femflex.view.plan import ScenePlan
-from femflex.view.surface import MESH_LINE_GAP, VISIBLE, breadth, surface_of
+from femflex.view.sunlight import LIGHT, Sunlight
+from femflex.view.surface import MESH_LINE_GAP, VISIBLE, Surface, breadth, surface_of
 from femflex.view.surroundings import directions_of
 from femflex.view.units import clock
 from femflex.view.window import Image, open_window, place_camera, screenshot_of
@@ -44,7 +46,12 @@ class Scene:
         place_camera(self._plotter, plan.view)
         pixel = height / 720
         self._ghosts: dict[str, list[Any]] = {}
-        self._bodies = self._add_bodies(look, pixel)
+        surfaces = self._surfaces(look)
+        self._sunlight: Sunlight | None = None
+        if look.colour == LIGHT:
+            self._sunlight = Sunlight(self._plotter, surfaces, plan.view.pixels(1), theme)
+            surfaces = {name: surface.without_faces() for name, surface in surfaces.items()}
+        self._bodies = self._add_bodies(surfaces, look, pixel)
         self._triads: dict[str, Any] = {}
         self._path_times = run.time[some_rows(run)] if look.traces else np.zeros(0)
         paths = motion(run, self._path_times, plan.camera, plan.body, look.traces, plan.scale).traces
@@ -63,6 +70,8 @@ class Scene:
             delta = moving.delta[name][k] if name in moving.delta else np.zeros(0)
             own_amplitudes = moving.amplitudes[name][k] if name in moving.amplitudes else delta
             actor.show(moving.position[name][k], moving.attitude[name][k], delta, plan.scale, own_amplitudes)
+        if self._sunlight is not None:
+            self._sunlight.show(moving, k, plan.scale)
         for name, ghosts in self._ghosts.items():
             pose = pose_matrix(moving.position[name][k], moving.attitude[name][k])
             for ghost in ghosts:
@@ -92,15 +101,23 @@ class Scene:
     def __exit__(self, *error: object) -> None:
         self.close()
 
-    def _add_bodies(self, look: Look, pixel: float) -> dict[str, BodyActor]:
-        theme, actors, rigid = look.colours, {}, 0
+    def _surfaces(self, look: Look) -> dict[str, Surface]:
+        surfaces, metre = {}, self._plan.view.pixels(look.size[1])
         for name, skin in self._plan.skins.items():
-            metre = self._plan.view.pixels(look.size[1])
             slender = breadth(skin) * metre < VISIBLE
-            edges = "sharp" if look.edges == "auto" and not len(skin.shapes) else look.edges
-            surface = surface_of(skin, "thick" if slender else edges, MESH_LINE_GAP / metre)
-            paint = self._plan.paints.get(name)
-            deforms = self._plan.bar if len(skin.shapes) and (paint or not self._plan.paints) else None
+            few = not len(skin.shapes) or look.colour == LIGHT
+            edges = "sharp" if look.edges == "auto" and few else look.edges
+            surfaces[name] = surface_of(skin, "thick" if slender else edges, MESH_LINE_GAP / metre)
+        return surfaces
+
+    def _add_bodies(self, surfaces: dict[str, Surface], look: Look, pixel: float) -> dict[str, BodyActor]:
+        theme, actors, rigid = look.colours, {}, 0
+        if look.colour == LIGHT:
+            theme = replace(theme, edge=theme.faint)  # seen on lit and on dark faces
+        for name, surface in surfaces.items():
+            skin, paint = self._plan.skins[name], self._plan.paints.get(name)
+            coloured = len(skin.shapes) and look.colour != LIGHT and (paint or not self._plan.paints)
+            deforms = self._plan.bar if coloured else None
             colour = theme.rigid[rigid % len(theme.rigid)]
             rigid += deforms is None
             actors[name] = BodyActor(self._plotter, surface, colour, theme, deforms, pixel, paint)
@@ -126,10 +143,12 @@ class Scene:
         fitting = 0.78 * width / (0.66 * max(1, len(title)))  # left of the clock
         add_text(renderer, title, (0.02, 0.965), min(height / 30, fitting), theme.text, bold=True)
         if plan.bar is not None:
-            scale_text = "deformation true to scale" if plan.scale == 1.0 else f"deformation × {plan.scale:g}"
-            add_text(renderer, scale_text, (0.98, 0.035), height / 40, theme.text, "right bottom")
-            add_colour_bar(renderer, plan.bar, theme, size)
-            if len(self._run) > 1:
+            if any(len(skin.shapes) for skin in plan.skins.values()):
+                scale_text = "deformation true to scale" if plan.scale == 1.0 else f"deformation × {plan.scale:g}"
+                add_text(renderer, scale_text, (0.98, 0.035), height / 40, theme.text, "right bottom")
+            colours = theme.light_map() if look.colour == LIGHT else theme.colour_map(plan.bar.signed)
+            add_colour_bar(renderer, plan.bar, colours, theme, size)
+            if len(self._run) > 1 and look.colour != LIGHT:
                 position_below_bar = (1 - 0.025 * height / width, BAR_HEIGHT[0] - 0.055)
                 add_text(renderer, BAR_NOTE, position_below_bar, height / 48, theme.faint, "right bottom")
         if note:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -86,6 +86,10 @@ class Surface:
     lines: IntArray
     dots: IntArray
     summing: sparse.csr_array  # (n_p, n_faces) adds the faces around each point of the skin
+
+    def without_faces(self) -> Surface:
+        """Edges, lines and dots alone."""
+        return replace(self, triangles=self.triangles[:0], quads=self.quads[:0])
 
     def normals(self, points: Single) -> Single:
         """Unit normals (n_p, 3) [1] of the faces around each point of the skin, weighted by area."""

@@ -26,6 +26,11 @@ def directions_of(run: Run) -> dict[str, str]:
     }  # fmt: skip
 
 
+def sun_of(run: Run) -> str | None:
+    """The first part of the paths of the channels of a run's sun; None where it has none."""
+    return next((head for head, word in reversed(directions_of(run).items()) if word == "sun"), None)
+
+
 def shade_eclipses(ax: Axes, run: Run, seconds: float, colours: Theme) -> None:
     """Shade the spans of time in which the Earth hides over half of the sun; seconds: unit of the time axis [s]."""
     for path in (f"{head}/visible" for head, word in directions_of(run).items() if word == "sun"):

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of red, green and blue
 LIGHTER = (0.25, 0.45)  # share of white in lighter mesh lines: on black, and what luminance adds
+SUNLIGHT = ("#2b3550", "#6d6a72", "#b5925c", "#f0c34f", "#fff1c0")  # from shadow to full sunlight
 DARKER = 0.55  # brightness of darker mesh lines
 
 
@@ -45,6 +46,12 @@ class Theme:
 
         name, zero = (self.signed, 0.0) if signed else self.elastic
         return ListedColormap(matplotlib.colormaps[name](np.linspace(zero, 1.0, 256)))
+
+    def light_map(self) -> ListedColormap:
+        """The colours from shadow to full sunlight, alike in both themes."""
+        from matplotlib.colors import LinearSegmentedColormap, ListedColormap
+
+        return ListedColormap(LinearSegmentedColormap.from_list("sunlight", SUNLIGHT)(np.linspace(0.0, 1.0, 256)))
 
     def mesh_line_map(self, signed: bool = False) -> ListedColormap:
         """The colours of mesh lines on faces of `colour_map`: lighter, or darker where zero is light.

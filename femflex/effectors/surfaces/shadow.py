@@ -15,14 +15,14 @@ from femflex.arrays import Array, IntArray
 from femflex.body import Marker
 from femflex.effectors.noun import whole_body
 from femflex.effectors.surfaces.surface import FLAT, Facet
-from femflex.effectors.surfaces.visibility import lit_moments
+from femflex.kernels.visibility import across, lit_moments
 from femflex.rotations import dcm_from_quaternion, dcm_from_vector
 from femflex.system.acting import Context
 from femflex.system.controller import Controller
 
 LIGHT = 4  # numbers of a facet: the share that is lit, and its centre from that of the whole facet, axes of the marker
 WHOLE = (1.0, 0.0, 0.0, 0.0)  # of a facet that is lit
-NO_SHAPES = np.zeros(0)
+RIGID = np.zeros(0)  # amplitudes of a body without shapes
 Facets = Mapping[str, Sequence[Facet]]  # marker -> facets that move with it
 
 
@@ -60,11 +60,8 @@ def shadow(
     marker_of, body_of = (np.array([getattr(each, key) for each in lit_facets]) for key in ("marker", "body"))
     first, n = np.unique(body_of, return_index=True)[1], len(lit_facets)
     to_sun = [f"effectors/{sun}/{axis}" for axis in "xyz"]
-    shaped = [("delta",) if m[0].phi.size else () for m in markers]  # a rigid body has no such channel
-    motion = [
-        tuple(f"bodies/{body}/{key}" for key in ("position", "attitude", *more))
-        for body, more in zip(order, shaped, strict=True)
-    ]
+    keys = {body: ("position", "attitude", "delta")[: 3 if whole_body(context, body).n_shapes else 2] for body in order}
+    motion = [tuple(f"bodies/{body}/{key}" for key in keys[body]) for body in order]
 
     def law(t: float, seen: Mapping[str, Array], memory: Array) -> tuple[Array, Array]:
         E = across(np.array([seen[path] for path in to_sun]))
@@ -100,19 +97,12 @@ def outlines_of(carried: Sequence[Carried]) -> tuple[Array, Array, Array, IntArr
     )
 
 
-def marker_motion(markers: Sequence[Marker], r: Array, q: Array, delta: Array = NO_SHAPES) -> tuple[Array, Array]:
+def marker_motion(markers: Sequence[Marker], r: Array, q: Array, delta: Array = RIGID) -> tuple[Array, Array]:
     """Place (m, 3) and C_NM (m, 3, 3), inertial components, of markers of one body.
 
-    r (3,) [m], q (4,) = q_BN: its place and attitude; delta (n,): amplitudes of its shapes
+    r (3,) [m], q (4,) = q_BN: its place and attitude; delta (n,): amplitudes of its shapes, none of a rigid body
     """
     C = dcm_from_quaternion(q)
     place = np.stack([marker.position + marker.phi @ delta for marker in markers])
     turn = dcm_from_vector(np.stack([marker.rotation_vector(delta) for marker in markers]))
     return r + place @ C.T, C @ turn @ np.stack([marker.orientation for marker in markers])
-
-
-def across(s: Array) -> Array:
-    """Axes (3, 3) as rows: two across the unit vector s (3,), and s."""
-    x = np.cross(s, np.eye(3)[int(np.argmin(np.abs(s)))])
-    x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(s, x), s])

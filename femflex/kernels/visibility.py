@@ -408,3 +408,10 @@ def lit_moments(
     out[:, :, 1:] = extent**2 * (extent * out[:, :, 1:] + low * out[:, :, :1])
     out[:, :, 0] *= extent**2
     return out
+
+
+def across(s: Array) -> Array:
+    """Axes (3, 3) as rows: two across the unit vector s (3,), and s."""
+    x = np.cross(s, np.eye(3)[int(np.argmin(np.abs(s)))])
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(s, x), s])
