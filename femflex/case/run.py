@@ -141,7 +141,7 @@ class PicturesTable(Table):
     """Factor on deformations: 1 is true, "auto" makes them visible; the picture states it."""
     colour: str = "displacement"
     """Quantity that colours bodies: displacement, energy, strain:NAME such as strain:axial, stress:NAME such as
-    stress:von_mises, or peak:NAME, the largest stress over the run."""
+    stress:von_mises, peak:NAME, the largest stress over the run, or light, the sunlight that surfaces receive."""
     theme: Literal["light", "dark"] = "light"
     """Colours of background and text."""
     camera: str = "auto"

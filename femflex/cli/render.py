@@ -46,7 +46,7 @@ def render(
         typer.Option(
             "--colour",
             help="What colours bodies: displacement, energy, strain:NAME such as strain:axial, stress:NAME such as "
-            "stress:von_mises, or peak:NAME, the largest stress over the run.",
+            "stress:von_mises, peak:NAME, the largest stress over the run, or light, the sunlight on surfaces.",
         ),
     ] = "displacement",
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",

@@ -66,6 +66,9 @@ def channel_problems(case: Case, channels: Mapping[str, Channel]) -> Iterator[Pr
                 where,
                 f"found {component!r}, which is no entry of {path}; {suggestion_text(component, channels[path].names)}",
             )
+    if case.pictures and case.pictures.colour == "light":
+        if not any(channel.description.startswith("x of sun ") for channel in channels.values()):
+            yield Problem("pictures.colour", "found 'light', without a sun; add [surroundings.sun] with kind = \"sun\"")
     markers = [path.split("/")[1] for path in channels if path.startswith("markers/") and path.endswith("/position")]
     markers += [path.removesuffix("/place") for path in channels if path.endswith("/place")]
     for k, marker in enumerate(case.pictures.traces if case.pictures else []):
