@@ -39,6 +39,7 @@ PARENTS = {
     "surroundings": "[surroundings.NAME]",
     "surfaces": "[surfaces.NAME]",
     "solar_pressure": "[solar_pressure.NAME]",
+    "earth_radiation": "[earth_radiation.NAME]",
     "air_drag": "[air_drag.NAME]",
     "torque_rods": "[torque_rods.NAME]",
     "dipoles": "[dipoles.NAME]",

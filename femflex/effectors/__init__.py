@@ -41,6 +41,7 @@ from femflex.effectors.sensor import Sampling, Sensor, strain_sensor
 from femflex.effectors.separation import Separation
 from femflex.effectors.signal import Signal
 from femflex.effectors.surfaces.air_drag import AirDrag
+from femflex.effectors.surfaces.earth_radiation import EarthRadiation
 from femflex.effectors.surfaces.materials import Optical
 from femflex.effectors.surfaces.solar_pressure import SolarPressure
 from femflex.effectors.surfaces.surface import Surface
@@ -59,6 +60,7 @@ __all__ = [
     "AttitudeFeedback",
     "Cable",
     "DistributedLoad",
+    "EarthRadiation",
     "EddyCurrents",
     "EffectorNoun",
     "Gain",

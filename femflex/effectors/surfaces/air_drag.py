@@ -56,7 +56,7 @@ class AirDrag(SurfaceForce, heading="air_drag"):
         channels = ("density", "x", "y", "z", "temperature")
         return (*inputs_of(context, self.atmosphere, Atmosphere, channels, "atmosphere"), *ORBIT_SIGNALS[3:])
 
-    def head(self) -> ArrayLike:
+    def head(self, context: Context) -> ArrayLike:
         """Accommodation along and across the normal, wall temperature, and 2 R / M."""
         speed_squared = 2.0 * GAS_CONSTANT / self.molar_mass
         return [self.normal_accommodation, self.tangential_accommodation, self.wall_temperature, speed_squared]

@@ -38,7 +38,7 @@ class SurfaceForce(EffectorNoun):
     def sources(self, context: Context) -> tuple[str, ...]:
         """Inputs of its function. Raises ValueError for a surrounding that does not exist."""
 
-    def head(self) -> ArrayLike:
+    def head(self, context: Context) -> ArrayLike:
         """Four numbers of the force."""
         return np.zeros(4)
 
@@ -52,8 +52,9 @@ class SurfaceForce(EffectorNoun):
 
     def on_bodies(self, name: str, context: Context) -> list[Effector]:
         """One effector for each body, named after both. Raises ValueError for a body without a surface."""
-        inputs, surfaces = self.sources(context), surfaces_of_craft(context)
-        return [self._effector(f"{name}_{body}", body, surfaces[body], inputs) for body in self.chosen(surfaces)]
+        inputs, head, surfaces = self.sources(context), self.head(context), surfaces_of_craft(context)
+        chosen = self.chosen(surfaces)
+        return [self._effector(f"{name}_{body}", body, surfaces[body], inputs, head) for body in chosen]
 
     def chosen(self, surfaces: Mapping[str, object]) -> tuple[str, ...]:
         """The bodies on which it acts, of those with surfaces. Raises ValueError for a body without, and for none."""
@@ -65,7 +66,7 @@ class SurfaceForce(EffectorNoun):
         return self.bodies or tuple(surfaces)
 
     def _effector(
-        self, name: str, body: str, ports: Mapping[str, Sequence[Facet]], inputs: tuple[str, ...]
+        self, name: str, body: str, ports: Mapping[str, Sequence[Facet]], inputs: tuple[str, ...], head: ArrayLike
     ) -> Effector:
         m = len(ports)
         counts = np.array([len(facets) for facets in ports.values()])
@@ -83,7 +84,7 @@ class SurfaceForce(EffectorNoun):
             inputs=inputs,
             accounts=self.accounts,
             exerts=self.exerts,
-            parameters=np.concatenate([[float(m)], np.asarray(self.head(), float), table, *rows]),
+            parameters=np.concatenate([[float(m)], np.asarray(head, float), table, *rows]),
             kind=self.label,
         )
 

@@ -1,15 +1,4 @@
-"""Pressure of sunlight on surfaces, by their sides after deformation (THEORY section 8).
-
-With the unit vectors s to the sun and n along the normal of the lit side, c = n.s > 0, a facet of area A feels
-
-    F = -P A c [ (1 - specular) s + 2 (specular c + diffuse / 3) n ]
-        -P A c (1 - specular - diffuse) 2/3 (eps - eps') / (eps + eps') n
-
-the second row for a film of which both sides radiate the absorbed heat away, with emissivities eps of the lit side and
-eps' of the other. Over the lit half of a tube of radius r and length L, u the unit vector across it in the plane of s
-and S = |s across|,
-
-    F = -P r L S [ 2 (1 - specular) s + (8/3 specular S + pi/3 diffuse) u ]
+"""Pressure of sunlight on surfaces, by the law of `light`.
 
 Where shadow counts, the force is that of the lit share of a facet, and acts at the centre of the lit part. Both are
 sampled (`shadow`), and constant between two samples. Of a tube it is the lit share of its length.
@@ -17,7 +6,6 @@ sampled (`shadow`), and constant between two samples. Of a tube it is the lit sh
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import islice
@@ -25,34 +13,20 @@ from itertools import islice
 from numpy.typing import ArrayLike
 
 from femflex.arrays import Array
-from femflex.effectors.surfaces.forces import (
-    AREA,
-    CENTRE,
-    COUNT,
-    FACETS,
-    FORM,
-    HEAD,
-    REST,
-    SurfaceForce,
-    inputs_of,
-    surfaces_of_craft,
-)
+from femflex.effectors.surfaces.forces import CENTRE, COUNT, FACETS, HEAD, inputs_of, surfaces_of_craft
+from femflex.effectors.surfaces.light import WIDTH, Light, light_on_facet
 from femflex.effectors.surfaces.shadow import LIGHT, shadow
-from femflex.effectors.surfaces.surface import Facet
 from femflex.effectors.surroundings.sun import Sun
-from femflex.kernels.compiled import inner
-from femflex.kernels.vectors import ZERO, Vector, add, cross, dot, load3, load9, scale, store3, sub, turn, turn_back
+from femflex.kernels.vectors import ZERO, add, cross, dot, load3, load9, scale, store3, turn, turn_back
 from femflex.noun.values import Duration
 from femflex.system.acting import ALONE, Context
 from femflex.system.controller import Controller
 from femflex.system.effector import Effector
 
-SIDE = 3  # numbers of a side: specular, diffuse, recoil of the heat radiation per absorbed light; back: -1 where none
-WIDTH = REST + 2 * SIDE
 SHADED = HEAD  # whether the lit parts of facets are among its inputs
 
 
-class SolarPressure(SurfaceForce, heading="solar_pressure"):
+class SolarPressure(Light, heading="solar_pressure"):
     """Pressure of sunlight on the surfaces of bodies."""
 
     sun: str = "sun"
@@ -66,7 +40,7 @@ class SolarPressure(SurfaceForce, heading="solar_pressure"):
         """Direction to the sun, and pressure of its light."""
         return inputs_of(context, self.sun, Sun, ("x", "y", "z", "pressure"), "sun")
 
-    def head(self) -> ArrayLike:
+    def head(self, context: Context) -> ArrayLike:
         """Whether shadow counts."""
         return [float(self.shadow_period is not None), 0.0, 0.0, 0.0]
 
@@ -82,42 +56,6 @@ class SolarPressure(SurfaceForce, heading="solar_pressure"):
         counts = [LIGHT * sum(len(facets) for facets in surfaces[body].values()) for body in lit]
         inputs = [(*effector.inputs, *islice(numbers, n)) for effector, n in zip(pushed, counts, strict=True)]
         return [sampled, *(replace(effector, inputs=names) for effector, names in zip(pushed, inputs, strict=True))]
-
-    def facet_numbers(self, facet: Facet) -> ArrayLike:
-        """Both sides; a back that is not exposed has -1."""
-        front, back = facet.front, facet.back
-        if back is None:
-            return [front.specular, front.diffuse, 0.0, -1.0, 0.0, 0.0]
-        total = front.emissivity + back.emissivity
-        recoil = 2.0 / 3.0 * (front.emissivity - back.emissivity) / total if total > 0.0 else 0.0
-        return [front.specular, front.diffuse, recoil, back.specular, back.diffuse, -recoil]
-
-
-@inner
-def light_on_facet(s: Vector, p: Array, first: int) -> Vector:
-    """Force on a facet per pressure of the light, in the axes of its marker, s to the sun."""
-    area = load3(p, first + AREA)
-    size = math.sqrt(dot(area, area))
-    if size == 0.0:
-        return ZERO
-    n = scale(1.0 / size, area)
-    c = dot(n, s)
-    side = first + REST
-    if p[first + FORM] > 0.0:
-        across = sub(s, scale(c, n))
-        S = math.sqrt(dot(across, across))
-        if S == 0.0:
-            return ZERO
-        along = size * S
-        both = 8.0 / 3.0 * p[side] * S + math.pi / 3.0 * p[side + 1]
-        return add(scale(-2.0 * along * (1.0 - p[side]), s), scale(-along * both / S, across))
-    if c < 0.0:
-        side, n, c = side + SIDE, scale(-1.0, n), -c
-        if p[side] < 0.0:
-            return ZERO
-    specular, diffuse = p[side], p[side + 1]
-    along_n = 2.0 * (specular * c + diffuse / 3.0) + (1.0 - specular - diffuse) * p[side + 2]
-    return add(scale(-size * c * (1.0 - specular), s), scale(-size * c * along_n, n))
 
 
 @SolarPressure.kernel

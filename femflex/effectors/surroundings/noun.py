@@ -33,9 +33,7 @@ class Surrounding(EffectorNoun):
 
     def effector(self, name: str, context: Context = ALONE) -> Effector:
         """The Effector of that name. Raises ValueError where it needs an orbit or an epoch that is not there."""
-        if self.needs_orbit and context.orbit is None:
-            raise ValueError(f"the {self.label} depends on the place of the craft, and there is no orbit; give one")
-        inputs = () if context.orbit is None else ORBIT_SIGNALS
+        inputs = orbit_signals(context, f"the {self.label}") if self.needs_orbit or context.orbit is not None else ()
         constants = self.constants(name, context)
         return replace(super().effector(name, context), conserves=True, inputs=inputs, parameters=constants)
 
@@ -46,6 +44,13 @@ class Surrounding(EffectorNoun):
     @abstractmethod
     def constants(self, name: str, context: Context) -> Array:
         """Numbers of its function (n,). Raises ValueError."""
+
+
+def orbit_signals(context: Context, what: str) -> tuple[str, ...]:
+    """Place and velocity on the orbit as inputs. Raises ValueError where there is no orbit."""
+    if context.orbit is None:
+        raise ValueError(f"{what} depends on the place of the craft, and there is no orbit; give one")
+    return ORBIT_SIGNALS
 
 
 def epoch_of(context: Context, what: str) -> float:

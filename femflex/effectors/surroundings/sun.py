@@ -27,7 +27,8 @@ from femflex.system.environment import within_series
 
 AU = 1.495978707e11  # m, International Astronomical Union 2012
 SUN_RADIUS = 6.957e8  # m, nominal, International Astronomical Union 2015
-LIGHT_PRESSURE = 1361.0 / 299792458.0  # Pa at 1 au: 1361 W/m^2 (nominal, International Astronomical Union 2015)
+SPEED_OF_LIGHT = 299792458.0  # m/s
+LIGHT_PRESSURE = 1361.0 / SPEED_OF_LIGHT  # Pa at 1 au: 1361 W/m^2 (nominal, International Astronomical Union 2015)
 
 DATE, INERTIAL, ORBITAL = 0, 1, 2
 SOURCE, HAS_ORBIT, ECLIPSE, RADIUS, EPOCH, FIXED = 0, 1, 2, 3, 4, 5  # of its parameters; FIXED: a direction (3)
