@@ -240,3 +240,12 @@ def test_energy_changes_by_the_work_of_moving_tides():
     energy = run["monitors/energy"] - run["monitors/energy"][0]
     work = cumulative_simpson(run["monitors/supplied"], x=times, initial=0)
     assert np.abs(energy - work).max() < 1e-5 * np.abs(energy).max()
+
+
+def test_ball_at_rest_on_an_orbit_stays_and_its_run_ends():
+    """Gravity exerts no torque on equal inertias: what remains is rounding, which must not set the tolerances."""
+    craft = System(
+        {"ball": rigid_body(100.0, np.eye(3))}, [spherical("ball")], orbit=Orbit(7e6), frame=Frame("inertial")
+    )
+    run = simulate(craft, 1000.0)
+    np.testing.assert_allclose(run["bodies/ball/attitude"], [[1.0, 0.0, 0.0, 0.0]] * len(run.times), atol=1e-12)

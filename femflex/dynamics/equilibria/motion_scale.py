@@ -93,7 +93,8 @@ def estimated_motion(model: Model, x0: Array, begin: float, end: float) -> tuple
     refuse_singular_mass(model, M)
     m = np.abs(np.diag(M))
     with np.errstate(all="ignore"):
-        spun = (m * ((frame_rate(model.system) + np.abs(u).max(initial=0.0)) * sizes) ** 2).max()
+        gravity = 0.0 if model.system.orbit is None else model.system.orbit.mean_motion  # its gradient is 3 n^2
+        spun = (m * ((frame_rate(model.system) + gravity + np.abs(u).max(initial=0.0)) * sizes) ** 2).max()
         rounding = ROUNDING * (rounding_forces(model, begin, x0, a[0]) + spun / sizes) / m
         a = np.where((np.abs(a) > rounding) & free, a, 0.0)
         k = np.maximum(np.diag(M @ A), 2.0 * m / duration**2)
