@@ -74,7 +74,7 @@ def cut(x: Array, n: int, a: float, b: float, c: float, out: Array) -> int:
 
 
 @inner
-def apart(x: Array, n: int, y: Array, m: int) -> bool:
+def are_apart(x: Array, n: int, y: Array, m: int) -> bool:
     """Whether an edge of the polygon (n, 2), which runs counter-clockwise, has all of the other one (m, 2) outside."""
     for i in range(n):
         j = i + 1 if i + 1 < n else 0
@@ -90,7 +90,7 @@ def apart(x: Array, n: int, y: Array, m: int) -> bool:
 
 
 @inner
-def put(x: Array, n: int, polygons: Array, sizes: IntArray, at: int) -> int:
+def write_piece(x: Array, n: int, polygons: Array, sizes: IntArray, at: int) -> int:
     """Write a polygon as a piece, or as two where it has many vertices; the place of the next piece."""
     half = VERTICES // 2
     first = n if n <= half else half
@@ -109,7 +109,7 @@ def without_cutter(polygons: Array, sizes: IntArray, piece: int, end: int, least
     """Cut the polygon CUTTER out of a piece, which goes to `end` and on unless it is whole; the new end."""
     x, y, spare = polygons[CUTTER], polygons[INSIDE], polygons[SPARE]
     m, n, at = sizes[CUTTER], sizes[piece], end
-    if apart(x, m, polygons[piece], n) or apart(polygons[piece], n, x, m):
+    if are_apart(x, m, polygons[piece], n) or are_apart(polygons[piece], n, x, m):
         return end
     y[:n] = polygons[piece, :n]
     for i in range(m):
@@ -118,7 +118,7 @@ def without_cutter(polygons: Array, sizes: IntArray, piece: int, end: int, least
         c = -a * x[i, 0] - b * x[i, 1]
         n_out = cut(y, n, -a, -b, -c, spare)
         if n_out > 2 and area_of(spare, n_out) > least:
-            at = put(spare, n_out, polygons, sizes, at)
+            at = write_piece(spare, n_out, polygons, sizes, at)
         n = cut(y, n, a, b, c, spare)
         if n < 3 or area_of(spare, n) <= least:
             return end
@@ -410,7 +410,7 @@ def lit_moments(
     return out
 
 
-def across(s: Array) -> Array:
+def axes_across(s: Array) -> Array:
     """Axes (3, 3) as rows: two across the unit vector s (3,), and s."""
     x = np.cross(s, np.eye(3)[int(np.argmin(np.abs(s)))])
     x /= np.linalg.norm(x)

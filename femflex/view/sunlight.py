@@ -13,7 +13,7 @@ import numpy as np
 from scipy import sparse
 
 from femflex.arrays import Array, IntArray
-from femflex.kernels.visibility import across, lit_moments
+from femflex.kernels.visibility import axes_across, lit_moments
 from femflex.results import Run
 from femflex.view.motion import Motion
 from femflex.view.overlay import pose_matrix
@@ -106,7 +106,7 @@ def light_on(cells: Sequence[Array], closed: Sequence[bool], sun: Array) -> Iter
     corners, n = np.concatenate(cells), sum(count)
     body, inside = np.repeat(np.arange(len(cells)), count), np.repeat(np.asarray(closed, np.int64), count)
     numbers = np.column_stack([np.zeros(n, np.int64), np.arange(n), body, inside])
-    moments = lit_moments(corners, np.zeros(n), np.zeros(n), numbers, across(sun)[None], np.zeros((1, 3)), n)
+    moments = lit_moments(corners, np.zeros(n), np.zeros(n), numbers, axes_across(sun)[None], np.zeros((1, 3)), n)
     whole, lit = moments[:, :, 0].T
     area = _area_vectors(corners)
     size = np.linalg.norm(area, axis=1) * np.where(whole > 0.0, whole, 1.0)

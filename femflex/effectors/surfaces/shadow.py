@@ -15,7 +15,7 @@ from femflex.arrays import Array, IntArray
 from femflex.body import Marker
 from femflex.effectors.noun import whole_body
 from femflex.effectors.surfaces.surface import FLAT, Facet
-from femflex.kernels.visibility import across, lit_moments
+from femflex.kernels.visibility import axes_across, lit_moments
 from femflex.rotations import dcm_from_quaternion, dcm_from_vector
 from femflex.system.acting import Context
 from femflex.system.controller import Controller
@@ -64,7 +64,7 @@ def shadow(
     motion = [tuple(f"bodies/{body}/{key}" for key in keys[body]) for body in order]
 
     def law(t: float, seen: Mapping[str, Array], memory: Array) -> tuple[Array, Array]:
-        E = across(np.array([seen[path] for path in to_sun]))
+        E = axes_across(np.array([seen[path] for path in to_sun]))
         moved = [marker_motion(m, *(seen[path] for path in paths)) for m, paths in zip(markers, motion, strict=True)]
         place, C = (np.concatenate(parts) for parts in zip(*moved, strict=True))
         whole, part = lit_moments(*outlines, E @ C, place @ E.T, n).swapaxes(0, 1)
