@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 KINDS = {"sun": "sun", "magnetic field": "field"}  # of an effector in its channels' descriptions; word beside its arrow
+RESOLVED = 3  # rows inside an eclipse from which on it is shaded; with fewer, some eclipses fall between rows
+WORD = 0.06  # of the time axis: a span that is wider has its word
 SHADED = 0.5  # visible share of the sun's disc below which a plot is shaded
 
 
@@ -35,8 +37,12 @@ def shade_eclipses(ax: Axes, run: Run, seconds: float, colours: Theme) -> None:
     """Shade the spans of time in which the Earth hides over half of the sun; seconds: unit of the time axis [s]."""
     for path in (f"{head}/visible" for head, word in directions_of(run).items() if word == "sun"):
         for start, end in spans_below(run.time, run[path], SHADED):
+            if np.count_nonzero((run.time > start) & (run.time < end)) < RESOLVED:
+                continue
             ax.axvspan(start / seconds, end / seconds, color=colours.faint, alpha=0.18, linewidth=0, zorder=0)
             middle, top = 0.5 * (start + end) / seconds, ("data", "axes fraction")
+            if end - start < WORD * run.duration:
+                continue
             ax.annotate("eclipse", (middle, 0.97), xycoords=top, ha="center", va="top", fontsize=7, color=colours.faint)
 
 
