@@ -121,7 +121,7 @@ def print_equilibrium(state: Equilibrium, verbose: bool) -> None:
 def print_stability(state: Equilibrium) -> None:
     """Print the verdict, the growth rate and its threshold, and the rigid-body motions that neither grow nor decay."""
     named = state.share == 1.0 and state.motions.known  # as motions, below
-    print_folded(f"stability   {state.verdict.partition(', neutral along ')[0] if named else state.verdict}")
+    print_folded(f"stability   {state.stability if named else state.verdict}")
     if len(state.eigenvalues):
         from femflex.dynamics.equilibria.small_motions import growth_rule
 

@@ -59,7 +59,7 @@ def closed(x: Array, n: int) -> int:
 
 
 @inner
-def cut(x: Array, n: int, a: float, b: float, c: float, out: Array) -> int:
+def half_of(x: Array, n: int, a: float, b: float, c: float, out: Array) -> int:
     """Write the part of a convex polygon (n, 2) where a x + b y + c > 0; its number of vertices."""
     m = 0
     for i in range(n):
@@ -116,10 +116,10 @@ def without_cutter(polygons: Array, sizes: IntArray, piece: int, end: int, least
         j = i + 1 if i + 1 < m else 0
         a, b = x[i, 1] - x[j, 1], x[j, 0] - x[i, 0]
         c = -a * x[i, 0] - b * x[i, 1]
-        n_out = cut(y, n, -a, -b, -c, spare)
+        n_out = half_of(y, n, -a, -b, -c, spare)
         if n_out > 2 and area_of(spare, n_out) > least:
             at = write_piece(spare, n_out, polygons, sizes, at)
-        n = cut(y, n, a, b, c, spare)
+        n = half_of(y, n, a, b, c, spare)
         if n < 3 or area_of(spare, n) <= least:
             return end
         y[:n] = spare[:n]
@@ -264,10 +264,10 @@ def part_in_cell(polygons: Array, n: int, whole: bool, i: int, j: int, per_side:
     if whole:
         out[:n] = x[:n]
         return n
-    n = cut(x, n, 1.0, 0.0, -i / per_side, y)
-    n = cut(y, n, -1.0, 0.0, (i + 1) / per_side, out)
-    n = cut(out, n, 0.0, 1.0, -j / per_side, y)
-    return cut(y, n, 0.0, -1.0, (j + 1) / per_side, out)
+    n = half_of(x, n, 1.0, 0.0, -i / per_side, y)
+    n = half_of(y, n, -1.0, 0.0, (i + 1) / per_side, out)
+    n = half_of(out, n, 0.0, 1.0, -j / per_side, y)
+    return half_of(y, n, 0.0, -1.0, (j + 1) / per_side, out)
 
 
 @inner
@@ -304,7 +304,7 @@ def lit_pieces(
             margin = max(gap, TOUCHING) if numbers[k, BODY] == numbers[r, BODY] else TOUCHING
             n = set_polygon(corners[k], projected[k, COSINE] < 0.0, polygons[FRONT])
             a, b, c = projected[k, 0] - p[0], projected[k, 1] - p[1], projected[k, 2] - p[2]
-            sizes[CUTTER] = cut(polygons[FRONT], n, steep * a, steep * b, steep * c - margin, polygons[CUTTER])
+            sizes[CUTTER] = half_of(polygons[FRONT], n, steep * a, steep * b, steep * c - margin, polygons[CUTTER])
             if n < 3 or sizes[CUTTER] < 3:
                 continue
             for piece in range(FIRST, end):

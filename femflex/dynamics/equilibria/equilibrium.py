@@ -98,23 +98,31 @@ class Equilibrium:
 
     @property
     def verdict(self) -> str:
+        """Stability in words, with the number behind it and the neutral motions."""
+        neutral = self._neutral if self.share == 1.0 and self.stable else ()
+        return f"{self.stability}, neutral along {', '.join(neutral)}" if neutral else self.stability
+
+    @property
+    def _neutral(self) -> tuple[str, ...]:
+        if self.motions.driven:  # a law may resist what forces of the craft do not
+            return tuple(dict.fromkeys(motion.name for motion in self.motions.known))
+        return self.neutral
+
+    @property
+    def stability(self) -> str:
         """Stability in words, with the number behind it."""
         values = self.eigenvalues
         if self.share < 1.0:
             return "not known"
-        neutral = self.neutral
-        if self.motions.driven:  # a law may resist what forces of the craft do not
-            neutral = tuple(dict.fromkeys(motion.name for motion in self.motions.known))
-        neutral_text = f", neutral along {', '.join(neutral)}" if neutral else ""
         if not len(values):
-            return f"stable{neutral_text}" if neutral_text else "nothing is free to move"
+            return "stable" if self._neutral else "nothing is free to move"
         if not self.stable:
             fastest = values[np.argmax(values.real - self._thresholds)]
             how = "monotonically" if abs(fastest.imag) < abs(fastest.real) * 1e-3 else "in oscillations"
             return f"unstable: a small motion grows {how} by a factor e in {1.0 / fastest.real:.4g} s"
         slowest = np.abs(values.imag)[np.abs(values.imag) > self._level].min(initial=np.inf)
         text = f"; its slowest vibration has {slowest / (2 * np.pi):.6g} Hz" if np.isfinite(slowest) else ""
-        return f"stable{text}{neutral_text}"
+        return f"stable{text}"
 
     @property
     def _level(self) -> float:

@@ -47,16 +47,16 @@ class SurfaceForce(EffectorNoun):
         """Numbers (n,) that the force needs of a facet."""
 
     def effectors(self, name: str, context: Context = ALONE) -> Sequence[Effector | Controller]:
-        """One effector for each body, named after both. Raises ValueError for a body without a surface."""
+        """As `on_bodies`."""
         return self.on_bodies(name, context)
 
     def on_bodies(self, name: str, context: Context) -> list[Effector]:
         """One effector for each body, named after both. Raises ValueError for a body without a surface."""
         inputs, head, surfaces = self.sources(context), self.head(context), surfaces_of_craft(context)
-        chosen = self.chosen(surfaces)
+        chosen = self.chosen_bodies(surfaces)
         return [self._effector(f"{name}_{body}", body, surfaces[body], inputs, head) for body in chosen]
 
-    def chosen(self, surfaces: Mapping[str, object]) -> tuple[str, ...]:
+    def chosen_bodies(self, surfaces: Mapping[str, object]) -> tuple[str, ...]:
         """The bodies on which it acts, of those with surfaces. Raises ValueError for a body without, and for none."""
         for body in self.bodies or ():
             if body not in surfaces:

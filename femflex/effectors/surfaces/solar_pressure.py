@@ -50,7 +50,7 @@ class SolarPressure(Light, heading="solar_pressure"):
         if self.shadow_period is None:
             return pushed
         surfaces = surfaces_of_craft(context)
-        lit = self.chosen(surfaces)
+        lit = self.chosen_bodies(surfaces)
         sampled = shadow(f"{name}_shadow", self.sun, self.shadow_period, surfaces, lit, context)
         numbers = iter(sampled.memory_names())
         counts = [LIGHT * sum(len(facets) for facets in surfaces[body].values()) for body in lit]
