@@ -48,6 +48,7 @@ from femflex.effectors.surfaces.surface import Surface
 from femflex.effectors.surroundings.atmosphere import Atmosphere
 from femflex.effectors.surroundings.magnetic_field import MagneticField
 from femflex.effectors.surroundings.moon import Moon
+from femflex.effectors.surroundings.nrlmsis import Nrlmsis
 from femflex.effectors.surroundings.sun import Sun
 from femflex.effectors.tank import Tank
 from femflex.effectors.thruster import LevelTable, PulseTrain, Thruster
@@ -75,6 +76,7 @@ __all__ = [
     "Moon",
     "Mounted",
     "Notch",
+    "Nrlmsis",
     "Observer",
     "Optical",
     "Pd",

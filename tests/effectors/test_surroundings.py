@@ -17,6 +17,7 @@ from femflex.effectors import (
     EddyCurrents,
     MagneticDipole,
     MagneticField,
+    Nrlmsis,
     Optical,
     Sensor,
     SolarPressure,
@@ -115,6 +116,49 @@ def test_vector_sensor_shows_the_field_in_its_axes():
     q = run["bodies/hub/attitude"][-1]
     C = dcm_from_quaternion(q)
     np.testing.assert_allclose(C.T @ field[-1], measured[-1], atol=1e-12)
+
+
+def test_nrlmsis_along_an_orbit_is_that_of_pymsis():
+    """Place, geodetic coordinates and Earth rotation angle are written here; the table is within 1 % of the model."""
+    pymsis = pytest.importorskip("pymsis", reason="pymsis is not installed")
+    a, e, inclination, epoch = RADIUS + 450e3, 0.045, 1.5, days_since_j2000("2024-05-10T17:00:00Z")
+    orbit = Orbit(a, e, inclination=inclination, node=0.3)
+    air = Nrlmsis(kind="nrlmsis", f107=180.0, f107_mean=165.0, ap=20.0)
+    run = on_orbit({"air": air}, 2 * orbit.period, orbit=orbit, epoch=epoch, output_step=60.0)
+    mean = run.times * 2 * np.pi / orbit.period
+    E = mean.copy()
+    for _ in range(20):
+        E -= (E - e * np.sin(E) - mean) / (1 - e * np.cos(E))
+    X, Y = a * (np.cos(E) - e), a * np.sqrt(1 - e**2) * np.sin(E)
+    x, y, z = X, Y * np.cos(inclination), Y * np.sin(inclination)
+    turn = 2 * np.pi * (0.7790572732640 + 1.00273781191135448 * (epoch + run.times / 86400)) - 0.3
+    turn += np.radians(4612.156534 * epoch / 36525 / 3600)
+    longitude = np.degrees(np.arctan2(y, x) - turn) % 360
+    level, e2 = np.hypot(x, y), 6.69437999014e-3  # WGS 84
+    latitude = np.arctan2(z, level)
+    for _ in range(20):
+        N = RADIUS / np.sqrt(1 - e2 * np.sin(latitude) ** 2)
+        latitude = np.arctan2(z + e2 * N * np.sin(latitude), level)
+    height = level * np.cos(latitude) + z * np.sin(latitude) - RADIUS * np.sqrt(1 - e2 * np.sin(latitude) ** 2)
+    dates = np.datetime64("2024-05-10T17:00:00") + (1e3 * run.times).astype("timedelta64[ms]")
+    n = len(dates)
+    exact = pymsis.calculate(
+        dates,
+        longitude,
+        np.degrees(latitude),
+        height / 1e3,
+        np.full(n, 180.0),
+        np.full(n, 165.0),
+        np.full((n, 7), 20.0),
+    )
+    assert height.min() < 160e3 and height.max() > 740e3
+    np.testing.assert_allclose(run["effectors/air/density"], exact[:, 0], rtol=0.01)
+    np.testing.assert_allclose(run["effectors/air/temperature"], exact[:, 10], rtol=0.003)
+    species = np.array([28.0134, 31.9988, 15.9994, 4.0026, 1.00794, 39.948, 14.0067, 15.9994, 30.0061])  # g/mol
+    numbers = np.nan_to_num(exact[:, 1:10])
+    np.testing.assert_allclose(
+        run["effectors/air/molar_mass"], 1e-3 * numbers @ species / numbers.sum(axis=1), rtol=0.01
+    )
 
 
 # --- light -----------------------------------------------------------------------------------------------------------

@@ -30,33 +30,42 @@ TABLE = np.array([
     (800, 1.170e-14, 124.64), (900, 5.245e-15, 181.05), (1000, 3.019e-15, 268.00),
 ])  # fmt: skip
 ROWS = len(TABLE)
-RADIUS, FACTOR, FIXED, RATE, TEMPERATURE, FIRST = 0, 1, 2, 3, 4, 5  # of its parameters; then the table
+GAS_CONSTANT = 8.31446261815324  # J/(mol K)
+RADIUS, FACTOR, FIXED, RATE, TEMPERATURE, MOLAR_MASS, FIRST = 0, 1, 2, 3, 4, 5, 6  # of its parameters; then the table
 
 
-class Atmosphere(Surrounding, heading="surroundings"):
+class Air(Surrounding):
     """The Earth's upper air at the craft.
 
-    Channels: density; x, y, z, the velocity of the air in inertial axes; temperature.
+    Channels: density; x, y, z, the velocity of the air in inertial axes; temperature; molar_mass.
     """
+
+    density_factor: Annotated[float, Quantity(least=0.0)] = 1.0
+    """Factor on the density of the model."""
+    rotation: Annotated[float, Quantity(least=0.0)] = 1.0
+    """Rate with which the air turns, over that of the Earth."""
+
+    label = "atmosphere"
+    channels = {"density": "kg/m^3", "x": "m/s", "y": "m/s", "z": "m/s", "temperature": "K", "molar_mass": "kg/mol"}
+
+
+class Atmosphere(Air, heading="surroundings"):
+    """The Earth's upper air, with a density over height alone."""
 
     kind: Literal["atmosphere"]
     """The Earth's upper air."""
     density: Annotated[float, Quantity("kg/m^3", least=0.0)] | None = None
     """Constant density, in place of that of the table over height."""
-    density_factor: Annotated[float, Quantity(least=0.0)] = 1.0
-    """Factor on the density of the table, for solar activity."""
     temperature: Annotated[float, Quantity("K", above=0.0)] = 1000.0
     """Temperature of the air, which sets the speed of its molecules."""
-    rotation: Annotated[float, Quantity(least=0.0)] = 1.0
-    """Rate with which the air turns, over that of the Earth."""
-
-    label = "atmosphere"
-    channels = {"density": "kg/m^3", "x": "m/s", "y": "m/s", "z": "m/s", "temperature": "K"}
+    molar_mass: Annotated[float, Quantity("kg/mol", above=0.0)] = 0.016
+    """Molar mass of the air; atomic oxygen prevails between 200 and 600 km."""
 
     def constants(self, name: str, context: Context) -> Array:
-        """Radius [m], factor, fixed density, rate [rad/s], temperature, and the table in SI."""
+        """Radius [m], factor, fixed density, rate [rad/s], temperature, molar mass, and the table in SI."""
         fixed = -1.0 if self.density is None else self.density
-        head = [context.radius, self.density_factor, fixed, self.rotation * EARTH_RATE, self.temperature]
+        rate = self.rotation * EARTH_RATE
+        head = [context.radius, self.density_factor, fixed, rate, self.temperature, self.molar_mass]
         return np.concatenate([head, (TABLE * [1e3, 1.0, 1e3]).ravel()])
 
 
@@ -76,5 +85,5 @@ def atmosphere(t: float, seen: Array, z: Array, parameters: Array, out: Array) -
         density = p[FACTOR] * p[k + 1] * math.exp(-(max(height, 0.0) - p[k]) / p[k + 2])
     out[0] = density
     store3(out, 1, (-p[RATE] * place[1], p[RATE] * place[0], 0.0))
-    out[4] = p[TEMPERATURE]
-    out[5] = out[6] = out[7] = out[8] = 0.0
+    out[4], out[5] = p[TEMPERATURE], p[MOLAR_MASS]
+    out[6] = out[7] = out[8] = out[9] = 0.0
