@@ -17,12 +17,12 @@ from femflex.system.system import System
 UNIT = "-unit"  # after the name of a controller: a signal that its held commands multiply
 
 
-def with_held_commands(system: System, loops: bool = True) -> System:
+def with_held_commands(system: System, *, loops: bool = True, followers: bool = True) -> System:
     """Return the system in which sampled controllers keep their commands before the first sample.
 
-    loops: also those that control; otherwise only those that follow the motion.
+    loops: those that control; followers: those that follow the motion.
     """
-    held = [effector for effector in system.controllers if loops or effector.follows]
+    held = [effector for effector in system.controllers if (followers if effector.follows else loops)]
     effectors = tuple(
         part
         for effector in system.effectors
@@ -30,6 +30,15 @@ def with_held_commands(system: System, loops: bool = True) -> System:
     )
     names = {name for effector in held for name, _ in effector.state_names()}
     return replace(system, effectors=effectors, z0={k: v for k, v in system.z0.items() if k not in names})
+
+
+def with_followers_of(system: System, settled: System) -> System:
+    """Return the system with what follows the motion held as in another, which is at rest."""
+    blocks = {part.name: part for part in settled.effectors}
+    names = {effector.name for effector in system.controllers if effector.follows}
+    held = with_held_commands(system, loops=False)
+    effectors = tuple(blocks[part.name] if part.name in names else part for part in held.effectors)
+    return replace(held, effectors=effectors)
 
 
 def is_sampled(effector: Effector | Controller) -> TypeGuard[Controller]:

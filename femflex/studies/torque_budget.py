@@ -17,6 +17,7 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.spatial.transform import Rotation
 
 from femflex.arrays import Array, IntArray
+from femflex.dynamics.force_terms.attraction import Attraction
 from femflex.dynamics.terms.by_source import terms, velocity_slices
 from femflex.rotations import dcm_from_quaternion
 from femflex.system import Effector, System
@@ -130,11 +131,12 @@ def torque_budget(model: Model, times: Array, states: Array, channels: Mapping[s
 
 
 def source_names(system: System) -> list[str]:
-    """Names of the outer sources of torque in the ledger: gravity gradient, loads and effectors that act from outside.
+    """Names of the outer sources of torque in the ledger: gravity, loads and effectors that act from outside.
 
     Raises ValueError where there is none.
     """
     names = [GRAVITY] if system.orbit is not None else []
+    names += [f"{Attraction.folder}/{item}" for item in Attraction().items(system)]
     names += [f"loads/{load.name}" for load in system.loads]
     names += [
         f"effectors/{effector.name}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import femflex
 from femflex import System, fem, rigid_body, simulate
@@ -15,8 +16,9 @@ from femflex.pipeline import rebuilt
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body, cantilever_modes, reduce_structure
 from femflex.results import open_run
 from femflex.rotations import dcm_from_quaternion
+from femflex.studies.linear import linear_model
 from femflex.studies.torque_budget import torque_budget
-from femflex.system import free, prismatic, weld, with_effectors
+from femflex.system import free, prismatic, revolute, weld, with_effectors
 
 PRESSURE = 1361.0 / 299792458.0
 CUBE = np.array([[x, y, z] for z in (-1, 1) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]) / 2
@@ -126,6 +128,29 @@ def test_mirrored_craft_turns_by_shadow_alone():
     np.testing.assert_allclose(torques[0], 0.0, atol=1e-5)
     np.testing.assert_allclose(torques[1], rays(quads, s, optical)[3:], atol=1e-3)
     assert 0.05 < abs(torques[1][1]) < 0.2
+
+
+def test_hinged_flap_rests_where_its_lit_part_is_balanced():
+    """A black flap of 1 m, hinged below a roof that shades its inner half: k angle = P b (cos^2(angle) - 1/4) / 2."""
+    quads = flat(0, 1, 0, 2, 0), flat(-1, 0.5, -1, 3, 2)
+    bodies = {"flap": rigid_body(1.0, np.eye(3), [0.5, 1.0, 0.0], skin=skin_of(quads[0]))}
+    bodies["roof"] = rigid_body(1.0, np.eye(3), skin=skin_of(quads[1]))
+    nouns = {name: Surface(body=name) for name in bodies}
+    nouns |= {"sun": Sun(kind="sun", direction=(0, 0, 1)), "light": SolarPressure(shadow_period=1.0)}
+    k = PRESSURE * 2.0
+    joints = [revolute("flap", axis=[0, 1, 0], stiffness=k), weld("roof")]
+    system = with_effectors(System(bodies, joints), nouns)
+    angle = brentq(lambda a: a - (np.cos(a) ** 2 - 0.25) / 2, 0.0, 1.0)
+    assert femflex.equilibrium(system).q[0] == pytest.approx(angle, rel=1e-8)
+    stiffness = k + PRESSURE * 2 * np.cos(angle) * np.sin(angle) * (
+        1 - 0.25 / np.cos(angle) ** 2
+    )  # of a share that stays
+    inertia = 1.0 + 0.5**2
+    assert femflex.system_modes(system).frequencies[-1] == pytest.approx(
+        np.sqrt(stiffness / inertia) / (2 * np.pi), rel=1e-5
+    )
+    model = linear_model(system, [], ["joints/base-flap/angle"])
+    assert np.abs(np.linalg.eigvals(model.A).imag).max() == pytest.approx(np.sqrt(stiffness / inertia), rel=1e-5)
 
 
 LENGTH, WIDTH, TIP = 4.0, 0.5, 0.16

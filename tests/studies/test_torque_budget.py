@@ -11,7 +11,7 @@ from femflex.body import Marker, Skin
 from femflex.effectors import SolarPressure, Sun, Surface
 from femflex.rotations import dcm_from_quaternion
 from femflex.studies.torque_budget import torque_budget
-from femflex.system import free, spherical, weld, with_effectors
+from femflex.system import Environment, free, spherical, weld, with_effectors
 
 INERTIA = np.diag([30.0, 45.0, 60.0])
 
@@ -32,6 +32,45 @@ def test_gravity_gradient_of_a_tilted_craft():
     exact = 3 * orbit.mean_motion**2 * np.cross(vertical, vertical @ INERTIA)
     assert (source.name, budget.orbits, budget.whole) == ("gravity_gradient", 1.0, True)
     np.testing.assert_allclose(source.torque, exact, atol=1e-9 * np.abs(exact).max())
+
+
+def test_oblateness_on_a_tilted_craft():
+    """The moment of the second differences of the potential of J2, about axes that roll, over the second moments."""
+    orbit, J2, mu, R = Orbit(7.0e6, inclination=1.1, node=0.4), 1.0826e-3, 3.986004418e14, 6378137.0
+    craft = System(
+        {"hub": rigid_body(100.0, INERTIA)},
+        [spherical("hub", q0=[0.9, 0.1, -0.2, 0.3])],
+        orbit=orbit,
+        environment=Environment(oblateness=J2),
+    )
+    run = simulate(craft, orbit.period / 4)
+    budget = budget_of(run)
+    assert [each.name for each in budget.sources] == ["gravity_gradient", "attraction/oblateness", "sum"]
+
+    def potential(r):
+        d = np.linalg.norm(r, axis=-1)
+        return mu * J2 * R**2 / d**3 * (1.5 * (r[..., 2] / d) ** 2 - 0.5)
+
+    place = 7.0e6 * dcm_from_quaternion(run["orbit/attitude"])[:, :, 1]
+    steps, h = 2e3 * np.eye(3), 2e3
+    H = (
+        np.array(
+            [
+                [
+                    sum(
+                        a * b * potential(place + a * steps[i] / 2 + b * steps[j] / 2) for a in (1, -1) for b in (1, -1)
+                    )
+                    for j in range(3)
+                ]
+                for i in range(3)
+            ]
+        ).transpose(2, 0, 1)
+        / h**2
+    )
+    attitude = dcm_from_quaternion(run["bodies/hub/attitude"])
+    along = attitude.transpose(0, 2, 1) @ -H @ attitude @ (np.trace(INERTIA) / 2 * np.eye(3) - INERTIA)
+    exact = np.stack([along[:, k, j] - along[:, j, k] for j, k in ((1, 2), (2, 0), (0, 1))], axis=1)
+    np.testing.assert_allclose(budget.sources[1].torque, exact, atol=1e-5 * np.abs(exact).max())
 
 
 def test_light_on_a_free_craft_about_its_centre_of_mass():

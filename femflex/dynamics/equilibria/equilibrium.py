@@ -8,7 +8,7 @@ remain along them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -22,9 +22,11 @@ from femflex.dynamics.equilibria.states import resting_state
 from femflex.dynamics.equilibria.steady import Steady, steady
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model, compile_system
-from femflex.system import System
+from femflex.effectors.constant_commands import with_held_commands
+from femflex.system import Controller, System
 
 FIRST, LEAST = 0.25, 1e-4  # share of the outer forces added in a step of the continuation
+SUBSTITUTIONS, SETTLED = 50, 1e-9  # of what followers hold, and their change that counts as none
 NO_FREE_COORDINATE = (
     "the craft has no free coordinate: its bodies are rigid, and its joints are welded or prescribed. An equilibrium "
     "needs a flexible body or a free joint"
@@ -148,15 +150,39 @@ def equilibrium(system: System, at: float | None = None, stable: bool = False) -
 
     On the ground, in a uniformly spinning frame, or in the orbital frame of a circular orbit; loads are constant, or
     those at the time `at` [s]. stable: an unstable one is left along the motion that grows, for one that is stable.
-    Raises ValueError when forces change over time or nothing can move, EquilibriumError when none is
-    found.
+    What follows the motion in samples, such as shadow, is that of the equilibrium.
+    Raises ValueError when forces change over time or nothing can move, EquilibriumError when none is found.
     """
+    if any(controller.follows for controller in system.controllers):
+        return _with_followers(system, at, stable)
     problem = steady(system, at)
     if not problem.full.n_u:
         raise ValueError(NO_FREE_COORDINATE)
     start = problem.full.x0[: problem.full.n_q].copy()
     result = _by_continuation(problem, start)
     return result if not stable or result.stable else _stable_equilibrium_from(problem, result, start)
+
+
+def _with_followers(system: System, at: float | None, stable: bool) -> Equilibrium:
+    """Return the equilibrium in which followers hold what they answer to it: a fixed point, by substitution."""
+    for _ in range(SUBSTITUTIONS):
+        state = equilibrium(with_held_commands(system, loops=False), at, stable)
+        channels = {path: values[0] for path, values in state.model.observe(np.zeros(1), state.x[None]).items()}
+        effectors, change = [], 0.0
+        for each in system.effectors:
+            if isinstance(each, Controller) and each.follows:
+                commands, memory = each.law(at or 0.0, channels, each.memory)
+                change = max(change, float(np.abs(np.subtract(memory, each.memory)).max(initial=0.0)))
+                each = replace(each, held=commands, memory=memory)
+            effectors.append(each)
+        if change <= SETTLED:
+            return state
+        system = replace(system, effectors=tuple(effectors))
+    raise EquilibriumError(
+        f"the shadow at the equilibrium changes by {change:.3g} even after {SUBSTITUTIONS} substitutions; leave it out "
+        "(--without), or start nearer to the equilibrium",
+        state,
+    )
 
 
 def _by_continuation(problem: Steady, start: Array) -> Equilibrium:

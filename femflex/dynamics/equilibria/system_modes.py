@@ -125,9 +125,9 @@ def system_modes(system: System, at: float | None = None) -> SystemModes:
     at: time [s] at which loads and prescribed motions are taken. Left out, loads given as tables over time do not act,
     and prescribed motions stay at their initial values; where no equilibrium is found under the loads that remain, as
     of a free craft that is pushed, these do not act either. Sampled controllers hold their commands as they are before
-    the first sample. Raises as `equilibrium`.
+    the first sample, and what follows the motion is that of the equilibrium. Raises as `equilibrium`.
     """
-    system = with_held_commands(system)
+    system = with_held_commands(system, followers=False)
     if at is not None:
         return modes_about(equilibrium(system, at))
     steady_system, left_out = without_variation(system)

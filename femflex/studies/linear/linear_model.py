@@ -28,7 +28,7 @@ from femflex.dynamics.equilibria.local_derivative import local_derivative, on_li
 from femflex.dynamics.equilibria.states import effector_states
 from femflex.dynamics.equilibria.system_modes import SystemModes, modes_about
 from femflex.dynamics.model import Model, compile_system
-from femflex.effectors.constant_commands import UNIT, with_held_commands
+from femflex.effectors.constant_commands import UNIT, with_followers_of, with_held_commands
 from femflex.noun.problems import suggestion_text
 from femflex.pipeline.rest import rest_equilibrium, rest_state, rest_system
 from femflex.studies.linear.inputs import Input, default_inputs, inputs_of
@@ -101,13 +101,14 @@ def linear_model(
     Commands of sampled controllers are held. Derivatives are central differences, accurate to 1e-8 of each block's
     largest entry. Raises KeyError for unknown inputs and outputs, and as `femflex.equilibrium`.
     """
-    system = with_held_commands(system)
+    followed, system = with_held_commands(system, followers=False), with_held_commands(system)
     paths = default_inputs(system, _moving_coordinates(system)) if inputs is None else inputs
     inputs_of(system, paths)  # unknown ones are reported before the equilibrium is sought
     left_out: tuple[str, ...] = ()
     about, t = None, at or 0.0
     if state is None:
-        about, left_out = rest_equilibrium(system, at)
+        about, left_out = rest_equilibrium(followed, at)
+        system = with_followers_of(followed, about.model.system)
         model = compile_system(rest_system(system, at, about))
         x = rest_state(about, model)
     else:
