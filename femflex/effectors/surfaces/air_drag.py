@@ -20,7 +20,18 @@ from typing import Annotated
 from numpy.typing import ArrayLike
 
 from femflex.arrays import Array
-from femflex.effectors.surfaces.forces import AREA, CENTRE, COUNT, FACETS, FORM, HEAD, REST, SurfaceForce, inputs_of
+from femflex.effectors.surfaces.forces import (
+    CENTRE,
+    COUNT,
+    FACETS,
+    FORM,
+    HEAD,
+    NORMAL,
+    REST,
+    SIZE,
+    SurfaceForce,
+    inputs_of,
+)
 from femflex.effectors.surfaces.surface import Facet
 from femflex.effectors.surroundings.atmosphere import GAS_CONSTANT, Air
 from femflex.kernels.compiled import inner
@@ -31,7 +42,7 @@ from femflex.system.orbit import ORBIT_SIGNALS
 
 AROUND = 16  # places of half a circumference: 1.4e-5 of the drag at a speed ratio of 7, exponentially less below
 WIDTH = REST + 1  # whether the back is exposed
-NORMAL, TANGENTIAL, WALL = HEAD, HEAD + 1, HEAD + 2  # accommodation, temperature
+ALONG_NORMAL, ALONG_SURFACE, WALL = HEAD, HEAD + 1, HEAD + 2  # accommodation, temperature
 
 
 class AirDrag(SurfaceForce, heading="air_drag"):
@@ -74,9 +85,9 @@ def air_on_side(V: Vector, n: Vector, T: float, heat: float, p: Array) -> Vector
     s, cosine = speed / math.sqrt(heat), -dot(V, n) / speed
     s_n, hot, root = s * cosine, math.sqrt(p[WALL] / T), math.sqrt(math.pi)
     e, f = math.exp(-s_n * s_n), 1.0 + math.erf(s_n)
-    rest, half = 2.0 - p[NORMAL], 0.5 * p[NORMAL] * hot
+    rest, half = 2.0 - p[ALONG_NORMAL], 0.5 * p[ALONG_NORMAL] * hot
     pressure = ((rest * s_n / root + half) * e + (rest * (s_n * s_n + 0.5) + half * root * s_n) * f) / (s * s)
-    shear = p[TANGENTIAL] * (e + root * s_n * f) / (s * root)  # times the part of V / |V| along the surface
+    shear = p[ALONG_SURFACE] * (e + root * s_n * f) / (s * root)  # times the part of V / |V| along the surface
     along = scale(1.0 / speed, add(V, scale(cosine * speed, n)))
     return scale(0.5 * speed * speed, sub(scale(shear, along), scale(pressure, n)))
 
@@ -84,11 +95,7 @@ def air_on_side(V: Vector, n: Vector, T: float, heat: float, p: Array) -> Vector
 @inner
 def air_on_facet(V: Vector, T: float, heat: float, p: Array, first: int) -> Vector:
     """Force over the density on a facet, in the axes of its marker, in the wind V relative to its centre."""
-    area = load3(p, first + AREA)
-    size = math.sqrt(dot(area, area))
-    if size == 0.0:
-        return ZERO
-    n = scale(1.0 / size, area)
+    n, size = load3(p, first + NORMAL), p[first + SIZE]
     if p[first + FORM] > 0.0:
         across = sub(V, scale(dot(V, n), n))
         speed = math.sqrt(dot(across, across))

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from femflex.arrays import Array
 from femflex.effectors.noun import EffectorNoun
 from femflex.effectors.surfaces.surface import Facet, Surface
 from femflex.noun.problems import suggestion_text
@@ -16,14 +17,14 @@ from femflex.system.controller import Controller
 from femflex.system.effector import Effector
 
 COUNT, HEAD, FACETS = 0, 1, 5  # of the parameters: number of markers; numbers of the force; then ports and facets
-FORM, AREA, CENTRE, REST = 0, 1, 4, 7  # of a facet, then what the force needs of it
+FORM, NORMAL, SIZE, CENTRE, REST = 0, 1, 4, 5, 8  # of a facet, then what the force needs of it
 
 
 class SurfaceForce(EffectorNoun):
     """A force on the surfaces of bodies.
 
     The function's parameters are the number of markers m, four numbers of the force, for each marker where its facets
-    begin and how many they are (2 m), and the facets: form, area as a vector, centre, and numbers of the force.
+    begin and how many they are (2 m), and the facets: form, unit normal, area, centre, and numbers of the force.
     """
 
     bodies: tuple[str, ...] | None = None
@@ -71,7 +72,7 @@ class SurfaceForce(EffectorNoun):
         m = len(ports)
         counts = np.array([len(facets) for facets in ports.values()])
         rows = [
-            np.concatenate([[facet.form], facet.area, facet.centre, np.asarray(self.facet_numbers(facet), float)])
+            np.concatenate([[facet.form], *_normal_and_size(facet.area), facet.centre, self.facet_numbers(facet)])
             for facets in ports.values()
             for facet in facets
         ]
@@ -87,6 +88,12 @@ class SurfaceForce(EffectorNoun):
             parameters=np.concatenate([[float(m)], np.asarray(head, float), table, *rows]),
             kind=self.label,
         )
+
+
+def _normal_and_size(area: Array) -> tuple[Array, Array]:
+    """Unit normal (3,) and area (1,) of an area as a vector."""
+    size = np.linalg.norm(area)
+    return area / (size or 1.0), np.array([size])
 
 
 def surfaces_of_craft(context: Context) -> dict[str, dict[str, list[Facet]]]:

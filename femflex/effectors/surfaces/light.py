@@ -19,7 +19,7 @@ import math
 from numpy.typing import ArrayLike
 
 from femflex.arrays import Array
-from femflex.effectors.surfaces.forces import AREA, FORM, REST, SurfaceForce
+from femflex.effectors.surfaces.forces import FORM, NORMAL, REST, SIZE, SurfaceForce
 from femflex.effectors.surfaces.surface import Facet
 from femflex.kernels.compiled import inner
 from femflex.kernels.vectors import ZERO, Vector, add, dot, load3, scale, sub
@@ -44,11 +44,7 @@ class Light(SurfaceForce):
 @inner
 def light_on_facet(s: Vector, p: Array, first: int) -> Vector:
     """Force on a facet per pressure of the light, in the axes of its marker, s to its source."""
-    area = load3(p, first + AREA)
-    size = math.sqrt(dot(area, area))
-    if size == 0.0:
-        return ZERO
-    n = scale(1.0 / size, area)
+    n, size = load3(p, first + NORMAL), p[first + SIZE]
     c = dot(n, s)
     side = first + REST
     if p[first + FORM] > 0.0:
