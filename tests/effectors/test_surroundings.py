@@ -118,12 +118,13 @@ def test_vector_sensor_shows_the_field_in_its_axes():
     np.testing.assert_allclose(C.T @ field[-1], measured[-1], atol=1e-12)
 
 
-def test_nrlmsis_along_an_orbit_is_that_of_pymsis():
+@pytest.mark.parametrize("version", ["00", "2.1"])
+def test_nrlmsis_along_an_orbit_is_that_of_pymsis(version):
     """Place, geodetic coordinates and Earth rotation angle are written here; the table is within 1 % of the model."""
     pymsis = pytest.importorskip("pymsis", reason="pymsis is not installed")
     a, e, inclination, epoch = RADIUS + 450e3, 0.045, 1.5, days_since_j2000("2024-05-10T17:00:00Z")
     orbit = Orbit(a, e, inclination=inclination, node=0.3)
-    air = Nrlmsis(kind="nrlmsis", f107=180.0, f107_mean=165.0, ap=20.0)
+    air = Nrlmsis(kind="nrlmsis", version=version, f107=180.0, f107_mean=165.0, ap=20.0)
     run = on_orbit({"air": air}, 2 * orbit.period, orbit=orbit, epoch=epoch, output_step=60.0)
     mean = run.times * 2 * np.pi / orbit.period
     E = mean.copy()
@@ -150,6 +151,7 @@ def test_nrlmsis_along_an_orbit_is_that_of_pymsis():
         np.full(n, 180.0),
         np.full(n, 165.0),
         np.full((n, 7), 20.0),
+        version=version,
     )
     assert height.min() < 160e3 and height.max() > 740e3
     np.testing.assert_allclose(run["effectors/air/density"], exact[:, 0], rtol=0.01)

@@ -1,9 +1,11 @@
 """The upper air by NRLMSIS, the empirical model of the US Naval Research Laboratory, through the package pymsis.
 
-J. T. Emmert et al., NRLMSIS 2.0, Earth and Space Science 8 (2021); NRLMSIS 2.1, Journal of Geophysical Research: Space
-Physics 127 (2022). The model takes microseconds a place and is not compiled here: before a run, the logarithm of its
-density, its temperature and its mean molar mass are tabulated over universal time, local solar time, latitude and
-height for the day of the epoch, and the run interpolates them by cubics that continue their slopes (Catmull and Rom).
+J. M. Picone et al., NRLMSISE-00, Journal of Geophysical Research 107 (2002), which is free to use; J. T. Emmert et al.,
+NRLMSIS 2.0, Earth and Space Science 8 (2021), and 2.1, Journal of Geophysical Research: Space Physics 127 (2022), whose
+licence asks NRL's consent for commercial use. The model takes microseconds a place and is not compiled here: before a
+run, the logarithm of its density, its temperature and its mean molar mass are tabulated over universal time, local
+solar time, latitude and height for the day of the epoch, and the run interpolates them by cubics that continue their
+slopes (Catmull and Rom).
 Between 110 and 990 km this is within 0.1 % of the model (rms; 0.8 % at most), with 8 x 24 x 19 x 40 places.
 
 The day of the year and the indices of solar and geomagnetic activity stay those of the epoch: over a month the model's
@@ -35,10 +37,12 @@ RADIUS, FACTOR, RATE, EPOCH, SIDEREAL, FIRST = 0, 1, 2, 3, 4, 5  # of its parame
 
 
 class Nrlmsis(Air, heading="surroundings"):
-    """The Earth's upper air by the empirical model NRLMSIS 2.1; needs the package pymsis and the epoch."""
+    """The Earth's upper air by the empirical model NRLMSIS; needs the package pymsis and the epoch."""
 
     kind: Literal["nrlmsis"]
-    """The Earth's upper air by NRLMSIS 2.1."""
+    """The Earth's upper air by NRLMSIS."""
+    version: Literal["00", "2.0", "2.1"] = "00"
+    """Version of the model: NRLMSISE-00, or NRLMSIS 2.0 or 2.1, whose licence restricts commercial use."""
     f107: Annotated[float, Quantity(least=0.0)]
     """Flux of the sun at 10.7 cm on the day before the epoch, in 1e-22 W/(m^2 Hz)."""
     f107_mean: Annotated[float, Quantity(least=0.0)]
@@ -74,7 +78,9 @@ class Nrlmsis(Air, heading="surroundings"):
         dates = midnight + (3600.0 * universal).astype("timedelta64[s]")
         indices = (np.full(len(dates), value) for value in (self.f107, self.f107_mean))
         activity = np.full((len(dates), 7), self.ap)
-        air = pymsis_module().calculate(dates, longitude, latitude, 1e-3 * height, *indices, activity, version=2.1)
+        air = pymsis_module().calculate(
+            dates, longitude, latitude, 1e-3 * height, *indices, activity, version=self.version
+        )
         density, particles = np.asarray(air[:, 0], float), np.nansum(air[:, 1:10], axis=1, dtype=float)
         return np.stack([np.log(density), air[:, 10], AVOGADRO * density / particles], axis=1).ravel()
 
@@ -85,7 +91,7 @@ def pymsis_module() -> Any:
         import pymsis
     except ImportError:
         raise ValueError(
-            "NRLMSIS is computed by pymsis, which is not installed; install it: pip install 'femflex[msis]'"
+            "NRLMSIS is computed by pymsis, which is not installed; install it: pip install 'femflex[air]'"
         ) from None
     return pymsis
 
