@@ -102,16 +102,8 @@ def motion(
     lengths = {name: channel(f"bodies/{name}/length") for name in deploying_bodies(run, names)}
     for name, length in lengths.items():
         delta[name] = amplitudes_with_growth(run, name, length, delta[name], scale)
+    origin, C_NV = camera_axes(run, times, camera, body)
     orbital = channel.dcm("orbit/attitude") if "orbit/attitude" in run else None
-    origin, C_NV = np.zeros((len(times), 3)), np.broadcast_to(np.eye(3), (len(times), 3, 3))
-    if camera == "follow":
-        origin = (
-            channel("monitors/center_of_mass") if "monitors/center_of_mass" in run else next(iter(position.values()))
-        )
-    elif camera == "orbital" and orbital is not None:
-        C_NV = orbital
-    elif camera == "body":
-        origin, C_NV = position[body], attitude[body]
     relative = {name: np.einsum("tji,tj->ti", C_NV, r - origin) for name, r in position.items()}
     relative_attitude = {name: np.einsum("tji,tjk->tik", C_NV, C) for name, C in attitude.items()}
     reference = np.einsum("tji,tjk->tik", C_NV, orbital) if orbital is not None else np.swapaxes(C_NV, 1, 2)
@@ -137,6 +129,20 @@ def motion(
         np.asarray(times, float), relative, relative_attitude, delta, amplitudes, reference, lines, sights, lengths,
         directions, sun_share,
     )  # fmt: skip
+
+
+def camera_axes(run: Run, times: Array, camera: str, body: str = "") -> tuple[Array, Array]:
+    """Origin (n_t, 3) [m] and axes C_NV (n_t, 3, 3) of the camera's frame at instants (n_t,); see `motion`."""
+    channel = Interpolated(run, times)
+    origin, C_NV = np.zeros((len(times), 3)), np.broadcast_to(np.eye(3), (len(times), 3, 3))
+    if camera == "follow":
+        first = next(path for path in run if path.startswith("bodies/") and path.endswith("/position"))
+        origin = channel("monitors/center_of_mass" if "monitors/center_of_mass" in run else first)
+    elif camera == "orbital" and "orbit/attitude" in run:
+        C_NV = channel.dcm("orbit/attitude")
+    elif camera == "body":
+        origin, C_NV = channel(f"bodies/{body}/position"), channel.dcm(f"bodies/{body}/attitude")
+    return origin, C_NV
 
 
 def unit_vectors(v: Array) -> Array:

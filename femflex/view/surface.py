@@ -55,6 +55,11 @@ class Points:
             skin.growth is not None,
         )
 
+    def with_shapes(self, kept: IntArray) -> Points:
+        """The points with these of their shapes."""
+        last = len(self.shapes) - 1
+        return Points(self.reference, self.shapes[kept], self.numbers, self.grows and last in kept)
+
     def displaced(self, delta: Array, scale: float = 1.0) -> tuple[Single, Single]:
         """Points (n_p, 3) [m] at elastic coordinates (n,), magnified, and the true length of their displacement
         (n_p,)."""
@@ -86,6 +91,10 @@ class Surface:
     lines: IntArray
     dots: IntArray
     summing: sparse.csr_array  # (n_p, n_faces) adds the faces around each point of the skin
+
+    def with_shapes(self, kept: IntArray) -> Surface:
+        """The surface with these of its shapes."""
+        return replace(self, skin=self.skin.with_shapes(kept), wires=self.wires.with_shapes(kept))
 
     def without_faces(self) -> Surface:
         """Edges, lines and dots alone."""

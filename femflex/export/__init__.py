@@ -1,0 +1,5 @@
+"""Runs as files of other programs: moving scenes and tables. A writer is one function in one file."""
+
+from femflex.export.register import WRITERS, Writer, export_run
+
+__all__ = ["WRITERS", "Writer", "export_run"]
