@@ -10,7 +10,7 @@ import typer
 
 from femflex.cli.advice_lines import Verbose, print_reasons, strain_data
 from femflex.cli.campbell_report import print_campbell, write_table
-from femflex.cli.outputs import DIAGRAM_SUFFIXES, PICTURE, TABLE, outputs
+from femflex.cli.outputs import DIAGRAM_SUFFIXES, PAGE_SUFFIXES, PICTURE, REPORT, TABLE, outputs
 from femflex.cli.progress import Bar, Patience
 from femflex.cli.tables import print_folded, print_json
 from femflex.cli.times import read_seconds
@@ -49,7 +49,7 @@ def campbell(
     ] = None,
     output: Annotated[
         list[Path] | None,
-        typer.Option("-o", "--output", help="Table of all points (.csv) or diagram (.png, .svg); may be repeated."),
+        typer.Option("-o", "--output", help="Table (.csv), diagram (.png, .svg) or page (.html); may be repeated."),
     ] = None,
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
@@ -64,9 +64,9 @@ def campbell(
     With --vary, or where the case has a \\[stability] of one value and no \\[campbell], frequencies of its equilibrium
     are followed over that value.
     """
-    files = outputs(output or (), {TABLE: (".csv",), PICTURE: DIAGRAM_SUFFIXES})
+    files = outputs(output or (), {TABLE: (".csv",), PICTURE: DIAGRAM_SUFFIXES, REPORT: PAGE_SUFFIXES})
     diagram_outputs, time = (
-        CampbellOutputs(files.get(TABLE), files.get(PICTURE), theme, force),
+        CampbellOutputs(files.get(TABLE), files.get(PICTURE), theme, force, files.get(REPORT)),
         read_seconds(at, "--at"),
     )
     diagram_outputs.check()
@@ -229,6 +229,7 @@ class CampbellOutputs:
     picture: Path | None
     theme: str
     force: bool
+    page: Path | None = None
 
     def check(self) -> None:
         """Raise an error before the work starts if a file could not be written after it."""
@@ -236,7 +237,7 @@ class CampbellOutputs:
         from femflex.writing import check_destination
 
         theme_of(self.theme)
-        for path in (self.table, self.picture):
+        for path in (self.table, self.picture, self.page):
             if path is not None:
                 check_destination(path, self.force)
 
@@ -271,4 +272,9 @@ class CampbellOutputs:
 
             plot_campbell(diagram, self.picture, self.theme, scale, unit, force=self.force)
             written.append(("picture", self.picture))
+        if self.page is not None:
+            from femflex.report.studies import write_campbell_report
+
+            write_campbell_report(diagram, self.page, scale, unit, self.force)
+            written.append(("report", self.page))
         return written

@@ -42,7 +42,9 @@ def converge(
     tolerance: Annotated[
         float | None, typer.Option("--tolerance", help="Largest relative error. Default: that of the case, or 1e-3.")
     ] = None,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Draw the study (PNG or SVG).")] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Draw the study (.png, .svg), or write it as a page (.html).")
+    ] = None,
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing picture.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from femflex.cli.outputs import PAGE_SUFFIXES
 from femflex.cli.tables import print_folded, print_json, print_table
 
 if TYPE_CHECKING:
@@ -40,7 +41,8 @@ class StudyOutputs:
             from femflex.writing import check_destination
 
             theme_of(self.theme)
-            check_kind(self.picture)
+            if self.picture.suffix.lower() not in PAGE_SUFFIXES:
+                check_kind(self.picture)
             check_destination(self.picture, self.force)
 
     def print_finding(self, study: Finding) -> None:
@@ -63,7 +65,15 @@ class StudyOutputs:
             )
         elif len(findings) > 1:
             print_folded(f"together    {recommendation_text(findings)}")
-        if self.picture is not None and complete:  # an interrupt does not wait for a picture
+        if self.picture is None or not complete:  # an interrupt does not wait for a picture
+            return
+        if self.picture.suffix.lower() in PAGE_SUFFIXES:
+            from femflex.report.studies import write_convergence_report
+
+            write_convergence_report(findings, recommendation_text(findings), self.picture, self.force)
+            if not self.as_json:
+                print(f"report      {self.picture}")
+        else:
             from femflex.view.side_by_side import plot_studies
 
             plot_studies(findings, self.picture, recommendation_text(findings), self.theme, force=self.force)

@@ -26,6 +26,7 @@ class Drawing:
 
     picture: Path | None
     movie: Path | None
+    page: Path | None
     mode: int | None
     force: bool
 
@@ -35,7 +36,7 @@ class Drawing:
 
         if self.mode is not None and self.movie is None:
             raise ValueError("--mode names the mode of a movie; give -o mode.mp4 with it")
-        for path in (self.picture, self.movie):
+        for path in (self.picture, self.movie, self.page):
             if path is not None:
                 check_destination(path, self.force)
 
@@ -60,6 +61,11 @@ class Drawing:
             with Bar("drawing", unit="frames") as bar:
                 path = craft_movie(modes.skin([mode]), caption(modes, mode), self.movie, force=self.force, progress=bar)
             written.append(("movie", path))
+        if self.page is not None:
+            from femflex.report.modes import write_modes_report
+
+            write_modes_report(modes, title, self.page, self.force)
+            written.append(("report", self.page))
         return written
 
 

@@ -10,7 +10,7 @@ import typer
 
 from femflex.cli.advice_lines import Verbose, print_notes
 from femflex.cli.backbone import backbone_data, print_backbone, read_lengths
-from femflex.cli.outputs import MOVIE, PICTURE, outputs
+from femflex.cli.outputs import MOVIE, PAGE_SUFFIXES, PICTURE, REPORT, outputs
 from femflex.cli.progress import Patience
 from femflex.cli.tables import print_json, print_table
 from femflex.cli.times import read_seconds
@@ -49,7 +49,11 @@ def modes(
     ] = None,
     output: Annotated[
         list[Path] | None,
-        typer.Option("-o", "--output", help="Montage of modes (.png) or movie of one (.mp4); may be repeated."),
+        typer.Option(
+            "-o",
+            "--output",
+            help="Montage of modes (.png), movie of one (.mp4) or page to turn them (.html); may be repeated.",
+        ),
     ] = None,
     mode: Annotated[int | None, typer.Option("--mode", min=1, help="Number of the mode of the movie.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
@@ -70,15 +74,19 @@ def modes(
     Effective masses are in per cent of the body's mass and of its inertia about the origin of its frame. With nonlinear
     or condensed strain --backbone tells how the lowest frequency changes with the amplitude, the frame held.
     """
-    files = outputs(output or (), {PICTURE: (".png",), MOVIE: (".mp4",)})
+    files = outputs(output or (), {PICTURE: (".png",), MOVIE: (".mp4",), REPORT: PAGE_SUFFIXES})
     picture, movie, time = files.get(PICTURE), files.get(MOVIE), read_seconds(at, "--at")
     of_bodies = body is not None or all_bodies or mac is not None or backbone is not None or _is_hdf5(file)
     if not of_bodies:
         from femflex.cli.craft_modes import Drawing, craft_modes
 
-        return craft_modes(file, time, number, Drawing(picture, movie, mode, force), verbose, as_json)
-    if movie is not None or mode is not None or at is not None:
-        raise ValueError("movies, --mode and --at are for the modes of a craft; leave --body and its options out")
+        return craft_modes(
+            file, time, number, Drawing(picture, movie, files.get(REPORT), mode, force), verbose, as_json
+        )
+    if movie is not None or REPORT in files or mode is not None or at is not None:
+        raise ValueError(
+            "movies, pages, --mode and --at are for the modes of a craft; leave --body and its options out"
+        )
     amplitudes = None if backbone is None else read_lengths(backbone)
     with Patience("solving for the modes"):
         bodies, notes = flexible_bodies(file, body, number)

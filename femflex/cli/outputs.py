@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-PICTURE, TABLE, MOVIE = "picture", "table", "movie"
+PICTURE, TABLE, MOVIE, REPORT = "picture", "table", "movie", "report"
 DIAGRAM_SUFFIXES = (".png", ".svg")
+PAGE_SUFFIXES = (".html", ".htm")
 
 
 def outputs(paths: Sequence[Path], kinds: Mapping[str, Sequence[str]]) -> dict[str, Path]:

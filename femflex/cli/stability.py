@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from femflex.cli.names import listed_names
-from femflex.cli.outputs import DIAGRAM_SUFFIXES, PICTURE, TABLE, outputs
+from femflex.cli.outputs import DIAGRAM_SUFFIXES, PAGE_SUFFIXES, PICTURE, REPORT, TABLE, outputs
 from femflex.cli.progress import Bar
 from femflex.cli.tables import print_folded, print_json, print_table
 from femflex.cli.times import read_seconds
@@ -44,7 +44,7 @@ def stability(
     ] = None,
     output: Annotated[
         list[Path] | None,
-        typer.Option("-o", "--output", help="Table of all points (.csv) or picture (.png, .svg); may be repeated."),
+        typer.Option("-o", "--output", help="Table (.csv), picture (.png, .svg) or page (.html); may be repeated."),
     ] = None,
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
@@ -59,7 +59,7 @@ def stability(
     from femflex.view.theme import theme_of
     from femflex.writing import check_destination
 
-    files = outputs(output or (), {TABLE: (".csv",), PICTURE: DIAGRAM_SUFFIXES})
+    files = outputs(output or (), {TABLE: (".csv",), PICTURE: DIAGRAM_SUFFIXES, REPORT: PAGE_SUFFIXES})
     theme_of(theme)
     for path in files.values():
         check_destination(path, force)
@@ -73,6 +73,10 @@ def stability(
         write_table(case_result.result, files[TABLE], force)
     if PICTURE in files:
         draw_stability(case_result, files[PICTURE], parsed_case.title or case.stem, theme, force)
+    if REPORT in files:
+        from femflex.report.studies import write_stability_report
+
+        write_stability_report(case_result, parsed_case.title or case.stem, files[REPORT], force)
     if as_json:
         print_json(stability_data(case_result))
         return

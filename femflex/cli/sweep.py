@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from femflex.cli.interrupt import name_continuation
-from femflex.cli.outputs import DIAGRAM_SUFFIXES, PICTURE, outputs
+from femflex.cli.outputs import DIAGRAM_SUFFIXES, PAGE_SUFFIXES, PICTURE, REPORT, outputs
 from femflex.cli.progress import Bar
 from femflex.cli.tables import print_json, print_table
 from femflex.cli.verb import print_error, verb
@@ -27,7 +27,7 @@ def sweep(
     study: Annotated[Path, typer.Argument(help="File of the sweep (TOML).", show_default=False)],
     output: Annotated[
         list[Path] | None,
-        typer.Option("-o", "--output", help="Results (.h5) or picture (.png, .svg); may be repeated."),
+        typer.Option("-o", "--output", help="Results (.h5), picture (.png, .svg) or page (.html); may be repeated."),
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with a sweep that was broken off.")] = False,
     workers: Annotated[
@@ -52,10 +52,11 @@ def sweep(
     """
     from femflex.writing import check_destination
 
-    files = outputs(output or (), {RESULT: (".h5",), PICTURE: DIAGRAM_SUFFIXES})
+    files = outputs(output or (), {RESULT: (".h5",), PICTURE: DIAGRAM_SUFFIXES, REPORT: PAGE_SUFFIXES})
     result = files.get(RESULT, Path(f"{study.stem}.h5"))
-    if PICTURE in files:
-        check_destination(files[PICTURE], force)
+    for kind in (PICTURE, REPORT):
+        if kind in files:
+            check_destination(files[kind], force)
     if scheduler is None and workers != 1:
         worker_context(["femflex.studies.sweep.member"])  # while this process loads the same
     from femflex.studies.sweep import sweep as run_sweep
@@ -71,6 +72,10 @@ def sweep(
         name_continuation("")
     if PICTURE in files:
         draw_sweep(results, files[PICTURE], study.stem, (theme, force), "indices" if indices else "envelope" * envelope)
+    if REPORT in files:
+        from femflex.report.studies import write_sweep_report
+
+        write_sweep_report(results, study.stem, files[REPORT], force)
     failed = [(k, text) for k, text in enumerate(results.problems) if text]
     for number, text in failed[:FAILURES]:
         print_error(f"run {number} failed: {text}")
@@ -110,6 +115,8 @@ def sweep(
     print(f"kept        {result}")
     if PICTURE in files:
         print(f"picture     {files[PICTURE]}")
+    if REPORT in files:
+        print(f"report      {files[REPORT]}")
 
 
 def draw_sweep(results: Sweep, path: Path, title: str, style: tuple[str, bool], kind: str) -> None:

@@ -1,0 +1,126 @@
+"""One self-contained HTML page: sections of text, tables, plots by plotly, and a scene by three.js."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Iterable, Sequence
+from html import escape
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+from femflex import __version__
+
+FIGURES = """
+for (const node of document.querySelectorAll(".plot")) {
+  const figure = JSON.parse(node.firstElementChild.textContent);
+  node.textContent = "";
+  Plotly.newPlot(node, figure.data, figure.layout, {responsive: true, displayModeBar: false});
+}
+"""
+
+
+class Page:
+    """A page under construction: sections are added, and `html` puts them together."""
+
+    def __init__(self, title: str, lines: Sequence[str] = ()) -> None:
+        self.title = title
+        self._lines = lines
+        self._sections: list[tuple[str, str]] = []
+        self._plots = self._scene = False
+
+    def add(self, heading: str, body: str) -> None:
+        """Add a section of HTML."""
+        self._sections.append((heading, body))
+
+    def add_scene(self, heading: str, payload: str, notes: Sequence[str] = ()) -> None:
+        """Add the moving scene that `femflex.report.scene.packed` gives; a page has one."""
+        self._scene = True
+        text = _resource("viewer.html").replace("PAYLOAD", payload)
+        self.add(heading, text + paragraphs(notes))
+
+    def add_plots(self, heading: str, figures: Iterable[dict[str, Any]], notes: Sequence[str] = ()) -> None:
+        """Add figures of plotly."""
+        self._plots = True
+        nodes = (f'<div class="plot"><script type="application/json">{_json(each)}</script></div>' for each in figures)
+        self.add(heading, "".join(nodes) + paragraphs([*notes, "Drag to zoom, double click to see all."]))
+
+    def html(self) -> str:
+        """The page. Raises ImportError where plots are shown and plotly is not installed."""
+        parts = [
+            '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
+            '<meta name="viewport" content="width=device-width, initial-scale=1">',
+            '<link rel="icon" href="data:,">',
+            f"<title>{escape(self.title)}</title>\n<style>{_resource('page.css')}</style>",
+        ]
+        if self._plots:
+            parts.append(f"<script>{plotly_script()}</script>")
+        if self._scene:
+            core, module = _resource("three/three.core.min.js"), _resource("three/three.module.min.js")
+            imports = {"three": module.replace('"./three.core.min.js"', '"three-core"'), "three-core": core}
+            urls = {name: f"data:text/javascript;base64,{_base64(text)}" for name, text in imports.items()}
+            parts.append(f'<script type="importmap">{json.dumps({"imports": urls})}</script>')
+        parts.append(f"</head>\n<body>\n<header><h1>{escape(self.title)}</h1>{paragraphs(self._lines)}</header>")
+        names = [f"s{k + 1}" for k in range(len(self._sections))]
+        links = (f'<a href="#{n}">{escape(head)}</a>' for n, (head, _) in zip(names, self._sections, strict=True))
+        parts.append(f"<nav>{' '.join(links)}</nav>\n<main>")
+        for name, (head, body) in zip(names, self._sections, strict=True):
+            parts.append(f'<section id="{name}"><h2>{escape(head)}</h2>{body}</section>')
+        parts.append(f"</main>\n<footer>femflex {__version__}</footer>")
+        if self._plots:
+            parts.append(f"<script>{FIGURES}</script>")
+        if self._scene:
+            parts.append(f"<!--\n{_resource('three/LICENSE')}-->")
+            parts.append(f'<script type="module">{_resource("viewer.js")}</script>')
+        return "\n".join([*parts, "</body>\n</html>\n"])
+
+
+def table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """A table in HTML; cells that are numbers stand to the right."""
+    head = "".join(f"<th>{escape(each)}</th>" for each in heads)
+    body = "".join(f"<tr>{''.join(_cell(value) for value in row)}</tr>" for row in rows)
+    return f'<div class="wide"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+
+
+def paragraphs(lines: Iterable[str]) -> str:
+    """Lines of plain text as paragraphs."""
+    return "".join(f"<p>{escape(line)}</p>" for line in lines)
+
+
+def listed(lines: Iterable[str]) -> str:
+    """Lines of plain text as a list."""
+    return f"<ul>{''.join(f'<li>{escape(line)}</li>' for line in lines)}</ul>"
+
+
+def plotly_script() -> str:
+    """The script of plotly. Raises ImportError."""
+    try:
+        from plotly.offline import get_plotlyjs
+    except ImportError:
+        raise ImportError(
+            "reports draw their plots by plotly, which is not installed; install it: pip install 'femflex[report]'"
+        ) from None
+    return str(get_plotlyjs())
+
+
+def _cell(value: object) -> str:
+    is_number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
+    text = str(value)
+    if isinstance(value, float | np.floating):
+        text = f"{value:.9g}" if np.isfinite(value) else ""
+    return f'<td class="number">{escape(text)}</td>' if is_number else f"<td>{escape(text)}</td>"
+
+
+def _json(value: object) -> str:
+    """JSON that may stand in a script element."""
+    return json.dumps(value, separators=(",", ":"), allow_nan=False).replace("</", "<\\/")
+
+
+def _base64(text: str) -> str:
+    return base64.b64encode(text.encode()).decode()
+
+
+def _resource(name: str) -> str:
+    return (files("femflex.report") / name).read_text(encoding="utf-8")

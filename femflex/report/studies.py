@@ -1,0 +1,193 @@
+"""The reports of studies: plots that one can zoom, tables, and verdicts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from femflex.report.figures import layout, lines, plain
+from femflex.report.page import Page, paragraphs, table
+from femflex.view.stability import REGIONS
+from femflex.view.theme import THEMES
+from femflex.writing import atomic_file
+
+if TYPE_CHECKING:
+    from femflex.studies import Convergence, FunctionStudy, StrainStudy
+    from femflex.studies.campbell import Campbell
+    from femflex.studies.stability.case_stability import CaseStability
+    from femflex.studies.sweep.sweep import Sweep
+    from femflex.view.stability import ChartData
+
+COLOURS = {-1: "#c9d0d8", 0: "#f0b9b2", 1: "#f4d9a8", 2: "#b5dcc3"}  # of the regions of a chart, by their kinds
+MOST_OUTPUTS = 6  # of a sweep that are plotted over its inputs
+
+
+def write_page(page: Page, path: str | Path, force: bool) -> None:
+    """Write a page. Raises ImportError without plotly, and OSError."""
+    with atomic_file(path, force) as part:
+        part.write_text(page.html(), encoding="utf-8")
+
+
+def write_convergence_report(
+    findings: Sequence[Convergence | StrainStudy | FunctionStudy], verdict: str, path: str | Path, force: bool = False
+) -> None:
+    """Write studies of `femflex converge`: for each its table, errors over coordinates, and verdict."""
+    page = Page(f"Convergence of {findings[0].title}", [verdict] if len(findings) > 1 else [])
+    for finding in findings:
+        data, unit = finding.to_dict(), "" if finding.unit in ("", "1") else f", {finding.unit}"
+        studies = [("", data)] if finding.over not in ("strain", "functions") else []
+        if finding.over == "functions":
+            studies = [(each["kind"], each["study"]) for each in data["kinds"] if "study" in each]
+        heading = f"Over {finding.over}"
+        if finding.over == "strain":
+            rows: list[tuple[object, ...]] = [
+                (each["strain"], each["coordinates"], each["value"], each["difference"]) for each in data["forms"]
+            ]
+            page.add(heading, table(["strain", "coordinates", f"value{unit}", "difference"], rows))
+        curves = [(name or "estimated error", *_errors(study)) for name, study in studies]
+        if any(len(curve[1]) for curve in curves):
+            figure = lines(curves, "elastic coordinates", f"estimated error{unit}", marks=True, type="log")
+            figure["layout"]["xaxis"]["type"] = "log"
+            page.add_plots(heading, [figure])
+        for name, study in studies:
+            heads = [finding.over if not name else name, "coordinates", f"value{unit}", "change", "error"]
+            columns = (study[key] for key in ("levels", "counts", "values", "changes", "errors"))
+            page.add(f"{heading} {name}".strip(), table(heads, zip(*columns, strict=True)))
+        page.add("Verdict", paragraphs([finding.verdict]))
+    write_page(page, path, force)
+
+
+def _errors(study: dict[str, Any]) -> tuple[Any, Any]:
+    counts, errors = np.array(study["counts"], float), np.array(study["errors"], float)
+    return counts[errors > 0.0], errors[errors > 0.0]
+
+
+def write_campbell_report(diagram: Campbell, path: str | Path, scale: float, unit: str, force: bool = False) -> None:
+    """Write a Campbell diagram: frequencies and damping of its branches over the speed, multiples, and crossings.
+
+    scale, unit: of the speeds or values
+    """
+    x = diagram.speeds / scale
+    over = f"{diagram.value or 'speed'}{f' [{unit}]' if unit else ''}"
+    page = Page(diagram.title or "Campbell diagram")
+    branches = [(branch.name, x, branch.frequencies) for branch in diagram.branches]
+    figure = lines(branches, over, "frequency [Hz]", rangemode="tozero")
+    for order in diagram.orders:
+        end = order * float(np.abs(diagram.speeds[-1])) / (2.0 * np.pi)
+        style = {"dash": "dot", "width": 1, "color": THEMES["light"].faint}
+        line = {"x": [0.0, float(x[-1])], "y": [0.0, end], "mode": "lines", "line": style, "name": f"{order} x speed"}
+        figure["data"].append({"type": "scatter", **line})
+    damping = lines([(b.name, x, b.damping_ratios) for b in diagram.branches], over, "damping ratio")
+    page.add_plots("Branches", [figure, damping])
+    crossings = [(each.branch, each.order, each.speed / scale, each.frequency) for each in diagram.crossings]
+    if crossings:
+        page.add("Crossings", table(["branch", "multiple", over, "Hz"], crossings))
+    growing = [branch.name for branch in diagram.branches if branch.growing.any()]
+    said = f"Growing: {', '.join(growing)}." if growing else "No motion grows at any of these points."
+    page.add("Stability", paragraphs([said]))
+    write_page(page, path, force)
+
+
+def write_stability_report(result: CaseStability, title: str, path: str | Path, force: bool = False) -> None:
+    """Write a locus over one value, or a chart over two."""
+    from femflex.studies.stability import KINDS
+    from femflex.studies.stability.locus import Locus
+
+    page = Page(title)
+    for each, heading in ((result.result, "Stability"), (result.second, f"Without {', '.join(result.left_out)}")):
+        if isinstance(each, Locus):
+            over = f"{each.name}{f' [{each.unit}]' if each.unit else ''}"
+            growth = lines([("growth", each.values, each.growth)], over, "growth of the fastest motion [1/s]")
+            real = [(f"{k + 1}", each.values, branch.real) for k, branch in enumerate(each.branches.T)]
+            page.add_plots(heading, [growth, lines(real, over, f"{each.quantity}, real part")])
+            rows = [
+                (float(v), float(g), KINDS[int(k)])
+                for v, g, k in zip(each.values, each.growth, each.kinds, strict=True)
+            ]
+            page.add(f"{heading}: points", table([over, "growth, 1/s", ""], rows))
+            critical = ", ".join(f"{value:.6g}" for value in each.critical) or "none"
+            page.add(f"{heading}: changes", paragraphs([f"Stability changes at {critical}."]))
+        elif each is not None:
+            page.add_plots(heading, [_chart(each)])
+    write_page(page, path, force)
+
+
+def _chart(chart: ChartData) -> dict[str, Any]:
+    """Regions over two values, and their traced boundaries."""
+    names = [f"{name}{f' [{unit}]' if unit else ''}" for name, unit in zip(chart.names, chart.units, strict=True)]
+    steps = np.repeat(np.linspace(0.0, 1.0, len(COLOURS) + 1), 2)[1:-1]
+    shades = [colour for colour in COLOURS.values() for _ in range(2)]
+    heat = {
+        "type": "heatmap",
+        "x": plain(chart.first_values),
+        "y": plain(chart.second_values),
+        "z": chart.kinds.T.tolist(),
+        "text": [[REGIONS[int(kind)] for kind in row] for row in chart.kinds.T],
+        "hovertemplate": "%{x}, %{y}: %{text}<extra></extra>",
+        "showscale": False,
+        "zmin": min(COLOURS) - 0.5,
+        "zmax": max(COLOURS) + 0.5,
+        "colorscale": list(zip(steps.tolist(), shades, strict=True)),
+    }
+    edges = [
+        {"x": plain(points[:, 0]), "y": plain(points[:, 1]), "mode": "lines", "line": {"color": "#1d2733", "width": 2}}
+        for _, _, points in chart.boundaries
+    ]
+    keys = [
+        {
+            "x": [None],
+            "y": [None],
+            "mode": "markers",
+            "marker": {"symbol": "square", "size": 13, "color": COLOURS[kind]},
+        }
+        | {"name": REGIONS[kind]}
+        for kind in COLOURS
+        if (chart.kinds == kind).any()
+    ]
+    traces: list[dict[str, Any]] = [*edges, *keys]
+    scatter = [{"type": "scatter", "showlegend": "name" in each} | each for each in traces]
+    settings = layout(names[0], names[1], True) | {"hovermode": "closest"}
+    return {"data": [heat, *scatter], "layout": settings}
+
+
+def write_sweep_report(results: Sweep, title: str, path: str | Path, force: bool = False) -> None:
+    """Write a sweep: outputs over inputs, percentiles of histories and outputs, and the runs that failed."""
+    page = Page(title, [f"{len(results.problems)} runs, of which {sum(map(bool, results.problems))} failed"])
+
+    def head(name: str) -> str:
+        unit = results.units.get(name, "")
+        return name if unit in ("", "1") else f"{name} [{unit}]"
+
+    figures = []
+    for name in list(results.outputs)[:MOST_OUTPUTS]:
+        for key, values in results.inputs.items():
+            figure = lines([(name, values, results.outputs[name])], head(key), head(name), marks=True)
+            figure["data"][0]["mode"] = "markers"
+            figure["layout"]["hovermode"] = "closest"
+            figures.append(figure)
+    if figures:
+        page.add_plots("Outputs over inputs", figures)
+    bands = results.history_percentiles()
+    histories = [
+        lines(
+            [(f"{p:g} %", results.time, row) for p, row in zip(results.percentiles, rows, strict=True)],
+            "time [s]",
+            head(name),
+        )
+        for name, rows in bands.items()
+        if np.ndim(rows) == 2
+    ]
+    if histories:
+        page.add_plots("Percentiles of histories", histories)
+    rows = [
+        (name, *(float(v) for v in results.statistics().get(name, ())[:2]), *(float(v) for v in row))
+        for name, row in results.output_percentiles().items()
+    ]
+    page.add("Outputs", table(["output", "mean", "sigma", *(f"{p:g} %" for p in results.percentiles)], rows))
+    failed = [(k, text) for k, text in enumerate(results.problems) if text]
+    if failed:
+        page.add("Failed runs", table(["run", "problem"], failed))
+    write_page(page, path, force)
