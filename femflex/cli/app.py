@@ -13,7 +13,9 @@ from femflex.cli import (
     campbell,
     check,
     converge,
+    doctor,
     equilibrium,
+    examples,
     export,
     info,
     linearize,
@@ -35,7 +37,7 @@ app = typer.Typer(
     name="femflex",
     help="From a mesh of a boom, panel or blanket to the motion of the whole spacecraft.",
     epilog="Example: femflex run cases/orbiter_beam.toml. Each verb explains itself with --help.",
-    no_args_is_help=True,
+    invoke_without_command=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
@@ -47,13 +49,26 @@ def _version(requested: bool) -> None:
         raise typer.Exit
 
 
+FIRST_STEPS = """femflex tells how a spacecraft of rigid and flexible parts moves. To begin:
+
+  femflex doctor                           whether everything works on this machine
+  femflex examples                         the cases that come with it
+  femflex new first.toml --template panels a case to start from; --mesh and --deck make one of your own file
+  femflex check first.toml                 every problem of a case, without running it
+  femflex run first.toml                   simulate it, with pictures
+  femflex report first.h5                  the run as a page for your browser
+  femflex --help                           all verbs; each explains itself with --help"""
+
+
 @app.callback()
 def _options(
+    context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
     ] = False,
 ) -> None:
-    pass
+    if context.invoked_subcommand is None:
+        typer.echo(FIRST_STEPS)
 
 
 for _verb in (
@@ -75,6 +90,8 @@ for _verb in (
     report.report,
     export.export,
     check.check,
+    examples.examples,
+    doctor.doctor,
     info.info,
     schema.schema,
 ):

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from femflex.cli.progress import Patience
+from femflex.cli.shipped import TEMPLATES, cases_folder, files_of
 from femflex.cli.tables import print_folded
 from femflex.cli.verb import verb
 
@@ -25,6 +26,10 @@ def new(
     units: Annotated[
         str | None, typer.Option("--units", help="Units of the deck, such as mm-t-s. Default: a guess.")
     ] = None,
+    template: Annotated[
+        str | None,
+        typer.Option("--template", help=f"Start from a shipped case with its mesh: {', '.join(TEMPLATES)}."),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing case.")] = False,
 ) -> None:
     """Write a commented case to start from, and the schema by which editors complete and check its keys."""
@@ -36,10 +41,13 @@ def new(
     if target.suffix != ".toml":
         raise ValueError(f"{target.name}: found the suffix {target.suffix!r}; a case ends in .toml")
     check_destination(target, force)
-    if deck is not None and mesh is not None:
-        raise ValueError("found --mesh and --deck; give one of them")
+    if sum(each is not None for each in (deck, mesh, template)) > 1:
+        raise ValueError("found two of --mesh, --deck and --template; give one of them")
     if units is not None and deck is None:
         raise ValueError("found --units without --deck; it is the set of units of a deck")
+    if template is not None:
+        copy_template(template, target, force)
+        return
     mesh_data, file, facts = None, "", None
     if mesh is not None:
         from femflex.mesh import read_mesh
@@ -73,3 +81,33 @@ def new(
     for note in notes:
         print_folded(f"look at     {note}")
     print(f"next        femflex check {target}")
+
+
+def copy_template(word: str, target: Path, force: bool) -> None:
+    """Copy the shipped case of a template to a path, and the files that it needs beside it, where there are none.
+
+    Raises ValueError for another word, and OSError.
+    """
+    import shutil
+
+    from femflex.noun.problems import suggestion_text
+    from femflex.writing import atomic_file
+
+    if word not in TEMPLATES:
+        raise ValueError(f"--template: found {word!r}; {suggestion_text(word, TEMPLATES)}")
+    case = cases_folder() / f"{TEMPLATES[word]}.toml"
+    text, copied = case.read_text(encoding="utf-8"), []
+    for source in files_of(TEMPLATES[word]):
+        if source.name == case.name:
+            continue
+        written = Path(os.path.relpath(source, case.parent)).as_posix()
+        text = text.replace(f'"{written}"', f'"{source.name}"')
+        if not (copy := target.with_name(source.name)).exists():
+            shutil.copyfile(source, copy)
+            copied.append(copy)
+    with atomic_file(target, force) as draft:
+        draft.write_text(text, encoding="utf-8")
+    print(f"case        {target}, from the shipped case {TEMPLATES[word]}")
+    for copy in copied:
+        print(f"file        {copy}")
+    print(f"next        femflex run {target}")

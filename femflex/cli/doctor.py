@@ -1,0 +1,123 @@
+"""`femflex doctor`: whether everything that femflex needs works on this machine."""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+import time
+from importlib.metadata import PackageNotFoundError, metadata, version
+from typing import Annotated
+
+import typer
+
+from femflex.cli.progress import Patience
+from femflex.cli.tables import print_folded, print_json
+from femflex.cli.verb import FAILED, verb
+
+LIBRARIES = ("numpy", "scipy", "numba", "scikit-fem", "meshio", "h5py", "pyvista", "vtk", "pydantic")
+
+
+@verb("femflex doctor")
+def doctor(
+    as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
+) -> None:
+    """Check versions, compiled equations, renderer, movies and extras; exit code 3 where one does not work."""
+    from femflex import __version__
+
+    facts = {
+        "femflex": __version__,
+        "python": f"{platform.python_version()} in {sys.prefix}",
+        "system": f"{platform.platform()}, {usable_cores()} cores",
+        "libraries": ", ".join(f"{name} {version(name)}" for name in LIBRARIES),
+    }
+    checks = {"equations": _compiled, "renderer": _rendered, "movies": _movies}
+    failed = []
+    with Patience("checking") as say:
+        for name, check in checks.items():
+            say(f"checking {name}")
+            try:
+                facts[name] = check()
+            except Exception as error:
+                failed.append(name)
+                facts[name] = f"FAILED: {' '.join(str(error).split()) or type(error).__name__}"
+    facts |= {f"[{extra}]": text for extra, text in _extras().items()}
+    if as_json:
+        print_json(facts | {"failed": failed})
+    else:
+        for name, text in facts.items():
+            print_folded(f"{name:11} {text}")
+    if failed:
+        raise typer.Exit(FAILED)
+
+
+def usable_cores() -> int:
+    """Number of processor cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _compiled() -> str:
+    """Simulate a spinning body, and say how long it took and where compiled code is stored."""
+    import numpy as np
+
+    from femflex import System, rigid_body, simulate
+    from femflex.kernels.cache import cache_folders
+    from femflex.system import free
+
+    begin = time.perf_counter()
+    run = simulate(
+        System({"body": rigid_body(1.0, np.diag([1.0, 2.0, 3.0]))}, (free("body", u0=[0, 0, 0, 1, 0, 0]),)), 1.0
+    )
+    if not np.allclose(run["bodies/body/rate"][-1], [1.0, 0.0, 0.0], atol=1e-9):
+        raise RuntimeError("a body that spins about a principal axis changes its rate; reinstall numba and numpy")
+    folders = ", ".join(str(folder) for folder in cache_folders())
+    return f"work, {time.perf_counter() - begin:.1f} s with loading; stored in {folders}"
+
+
+def _rendered() -> str:
+    """Draw a small picture."""
+    from femflex.view.theme import theme_of
+    from femflex.view.window import open_window, screenshot_of
+
+    begin = time.perf_counter()
+    plotter = open_window((64, 64), theme_of("light"))
+    try:
+        kind = type(plotter.render_window).__name__
+        screenshot_of(plotter, 1)
+    finally:
+        plotter.close()
+    return f"works off screen by {kind}, {time.perf_counter() - begin:.1f} s"
+
+
+def _movies() -> str:
+    """Find the encoder of movies."""
+    import imageio_ffmpeg
+
+    return f"ffmpeg {imageio_ffmpeg.get_ffmpeg_version()}"
+
+
+def _extras() -> dict[str, str]:
+    """Each extra -> "installed", or how to install it."""
+    needed: dict[str, list[str]] = {}
+    for line in metadata("femflex").get_all("Requires-Dist") or []:
+        requirement, _, marker = line.partition(";")
+        if "extra ==" in marker:
+            extra = marker.split("extra ==")[1].strip().strip("\"'() ")
+            needed.setdefault(extra, []).append(
+                requirement.split(">")[0].split("<")[0].split("=")[0].split("[")[0].strip()
+            )
+    out = {}
+    for extra, names in needed.items():
+        if extra in ("test", "docs", "peers"):
+            continue
+        missing = [name for name in names if not _installed(name)]
+        out[extra] = f"not installed: pip install 'femflex[{extra}]'" if missing else f"installed ({', '.join(names)})"
+    return out
+
+
+def _installed(name: str) -> bool:
+    try:
+        version(name)
+    except PackageNotFoundError:
+        return False
+    return True

@@ -1,0 +1,73 @@
+"""The cases that come with femflex, with the meshes and tables that they refer to."""
+
+from __future__ import annotations
+
+import shutil
+import sysconfig
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+TEMPLATES = {  # word of `femflex new --template` -> shipped case
+    "panels": "panel_slew",
+    "boom": "orbiter_beam",
+    "deployment": "orbiter_deployment_free",
+    "tether": "tethered_satellite",
+    "sail": "sail_trim",
+    "deck": "deck_mast",
+}
+
+
+def cases_folder() -> Path:
+    """The folder of the shipped cases: of the checkout that is installed, or of the installed package.
+
+    Raises FileNotFoundError where it is not there.
+    """
+    import femflex
+
+    roots = [Path(femflex.__file__).parents[1]]
+    for scheme in (sysconfig.get_default_scheme(), sysconfig.get_preferred_scheme("user")):
+        roots.append(Path(sysconfig.get_path("data", scheme)) / "share" / "femflex")
+    for root in roots:
+        if (root / "cases" / "case.schema.json").is_file():
+            return root / "cases"
+    raise FileNotFoundError(
+        f"the shipped cases are not installed: looked in {', '.join(map(str, roots))}; install femflex anew"
+    )
+
+
+def shipped_cases() -> dict[str, str]:
+    """Name -> title of every shipped case."""
+    return {
+        path.stem: str(tomllib.loads(path.read_text(encoding="utf-8")).get("title", ""))
+        for path in sorted(cases_folder().glob("*.toml"))
+    }
+
+
+def files_of(name: str) -> Iterator[Path]:
+    """A shipped case, the schema that it names, and the files that it refers to, absolute. Raises KeyError."""
+    from femflex.case import read_case
+    from femflex.case.named_files import input_files
+
+    folder = cases_folder()
+    if not (folder / f"{name}.toml").is_file():
+        from femflex.noun.problems import suggestion_text
+
+        raise KeyError(f"there is no shipped case {name!r}; {suggestion_text(name, shipped_cases())}")
+    yield folder / "case.schema.json"
+    yield from input_files(read_case(folder / f"{name}.toml"))
+
+
+def copy_cases(names: list[str], target: Path) -> list[Path]:
+    """Copy shipped cases with all that they need into target/cases and target/meshes. Returns the cases' paths.
+
+    Files that are there stay as they are. Raises KeyError for a name that is not known, and OSError.
+    """
+    root = cases_folder().parent
+    sources = dict.fromkeys(path.resolve() for name in names for path in files_of(name))
+    for source in sources:
+        copy = target / source.relative_to(root.resolve())
+        if not copy.exists():
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(source, copy)
+    return [target / "cases" / f"{name}.toml" for name in names]
