@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import shutil
-import sysconfig
 import tomllib
 from collections.abc import Iterator
+from importlib.metadata import files
 from pathlib import Path
 
+SCHEMA = "case.schema.json"
 TEMPLATES = {  # word of `femflex new --template` -> shipped case
     "panels": "panel_slew",
     "boom": "orbiter_beam",
@@ -25,15 +26,14 @@ def cases_folder() -> Path:
     """
     import femflex
 
-    roots = [Path(femflex.__file__).parents[1]]
-    for scheme in (sysconfig.get_default_scheme(), sysconfig.get_preferred_scheme("user")):
-        roots.append(Path(sysconfig.get_path("data", scheme)) / "share" / "femflex")
-    for root in roots:
-        if (root / "cases" / "case.schema.json").is_file():
-            return root / "cases"
-    raise FileNotFoundError(
-        f"the shipped cases are not installed: looked in {', '.join(map(str, roots))}; install femflex anew"
-    )
+    checkout = Path(femflex.__file__).parents[1] / "cases"
+    if (checkout / SCHEMA).is_file():
+        return checkout
+    installed = (Path(str(file.locate())) for file in files("femflex") or () if file.name == SCHEMA)
+    for schema in installed:
+        if schema.is_file():
+            return schema.resolve().parent
+    raise FileNotFoundError(f"the shipped cases are neither in {checkout} nor installed; install femflex anew")
 
 
 def shipped_cases() -> dict[str, str]:
@@ -54,7 +54,7 @@ def files_of(name: str) -> Iterator[Path]:
         from femflex.noun.problems import suggestion_text
 
         raise KeyError(f"there is no shipped case {name!r}; {suggestion_text(name, shipped_cases())}")
-    yield folder / "case.schema.json"
+    yield folder / SCHEMA
     yield from input_files(read_case(folder / f"{name}.toml"))
 
 
