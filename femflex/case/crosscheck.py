@@ -15,6 +15,8 @@ from femflex.case.outline import Outline
 from femflex.case.tree import root_problems, tree_problems
 from femflex.effectors.noun import MarkerPair
 from femflex.effectors.sensor import Sensor
+from femflex.effectors.surfaces.surface import Surface
+from femflex.effectors.surroundings.noun import Surrounding
 from femflex.noun.problems import Problem, suggestion_text
 
 
@@ -29,6 +31,8 @@ def cross_problems(outline: Outline, folder: Path) -> list[Problem]:
         member_problems,
         duplicate_name_problems,
         time_problems,
+        date_problems,
+        surface_problems,
         quantity_problems,
         initial_state_problems,
         diagram_problems,
@@ -169,6 +173,38 @@ def time_problems(outline: Outline) -> Iterator[Problem]:
     for key_path, t in instants:
         if t is not None and not 0 <= t <= end:
             yield Problem(key_path, f"found {t:g} s; the run lasts from 0 to {end:g} s")
+
+
+def date_problems(outline: Outline) -> Iterator[Problem]:
+    """Problems of surroundings that are known for some years, which the run leaves."""
+    end = _run_length(outline)
+    if end is None or outline.environment is None or (epoch := outline.environment.epoch) is None:
+        return
+    dated = {
+        key_path: noun
+        for key_path, noun in outline.mounted.items()
+        if isinstance(noun, Surrounding) and getattr(noun, "direction", None) is None
+    }
+    last = 2000.0 + (epoch + end / 86400.0) / 365.25
+    for key_path, noun in dated.items():
+        if noun.years is not None and last > noun.years[1] >= 2000.0 + epoch / 365.25:
+            yield Problem(
+                key_path,
+                f"the run ends in the year {last:.1f}; the {noun.label} is known from {noun.years[0]:g} to "
+                f"{noun.years[1]:g}, so begin earlier or end sooner",
+            )
+
+
+def surface_problems(outline: Outline) -> Iterator[Problem]:
+    """Problems of surfaces of rigid bodies whose shapes are not given."""
+    for key_path, noun in outline.mounted.items():
+        if isinstance(noun, Surface):
+            body = outline.bodies.get(noun.body)
+            if isinstance(body, RigidTable) and not body.shapes:
+                yield Problem(
+                    key_path,
+                    f"body {noun.body!r} is rigid and has no shapes, so its surface is not known; give it shapes",
+                )
 
 
 def _run_length(outline: Outline) -> float | None:

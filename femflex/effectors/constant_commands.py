@@ -14,6 +14,7 @@ from femflex.system.controller import Controller
 from femflex.system.effector import Effector
 from femflex.system.system import System
 
+FOLLOWER = "follower"  # kind of a block that holds what follows the motion, as shadow does
 UNIT = "-unit"  # after the name of a controller: a signal that its held commands multiply
 
 
@@ -48,7 +49,7 @@ def is_sampled(effector: Effector | Controller) -> TypeGuard[Controller]:
 
 def stands_for_controller(effector: Effector) -> bool:
     """Return whether an effector stands for the constant commands of a controller."""
-    return effector.inputs == (f"{effector.name}{UNIT}.value",)
+    return effector.kind != FOLLOWER and effector.inputs == (f"{effector.name}{UNIT}.value",)
 
 
 def _constant_commands(controller: Controller) -> tuple[Effector, Effector]:
@@ -66,6 +67,6 @@ def _constant_commands(controller: Controller) -> tuple[Effector, Effector]:
         inputs=(f"{unit}.value",),
         channels=channels,
         parameters=numbers,
-        kind="controller",
+        kind=FOLLOWER if controller.follows else "controller",
     )
     return constant_signal(unit, 1.0), block

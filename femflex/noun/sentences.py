@@ -19,7 +19,11 @@ from femflex.noun.values import counted_noun, value_text
 def schema_problems(table: type[BaseModel], raw: Any, error: ValidationError) -> list[Problem]:
     """The problems for everything that pydantic found wrong with `raw` as that table."""
     out = []
-    for item in error.errors(include_url=False):
+    items = error.errors(include_url=False)
+    for item in items:
+        loc = item["loc"]
+        if loc[-1:] == ("str",) and isinstance(item.get("input"), dict) and len(items) > 1:
+            continue  # of a text or a table, where a table was given; what is wrong with it is another item
         location = _locate(table, raw, item["loc"])
         out.append((item["type"], Problem(location.path, _error_sentence(item, location))))
     guessed = {
@@ -140,7 +144,7 @@ def _locate(table: type[BaseModel], raw: Any, loc: Sequence[int | str]) -> _Loca
     tables: tuple[type[BaseModel], ...] = ()
     elsewhere: tuple[type[BaseModel], ...] = ()
     path, key, value = "", "", raw
-    steps = [step for step in loc if step != "[key]"]
+    steps = [step for step in loc if step != "[key]" and not str(step).startswith("function-")]
     for k, step in enumerate(steps):
         kinds = _tables(candidates)
         tagged = [kind for kind in kinds if _tag_of(kind)[1] == step]

@@ -15,7 +15,7 @@ from femflex.advice.energy_watch import EnergyWatch
 from femflex.advice.spinning_deflections import SpinningDeflectionWatch
 from femflex.advice.stiffening import StiffeningWatch
 from femflex.advice.tension import TensionWatch
-from femflex.pipeline.guard import MotionGuard, Singularities, first_overflow, warn_of_passage
+from femflex.pipeline.guard import MotionGuard, Singularities, first_fault, warn_of_passage
 from femflex.pipeline.thruster_levels import ThrusterLevels
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def integrate(
                 times = last.times if error is None else last.times[last.times <= error.t]
                 if len(times):
                     channels = model.observe(times, last.states[: len(times)])
-                    overflow = first_overflow(channels, last)
+                    overflow = first_fault(model, channels, last)
                     if overflow is not None:
                         error = error or overflow
                         count = int(np.searchsorted(times, overflow.t))

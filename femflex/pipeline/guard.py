@@ -13,6 +13,7 @@ from femflex.advice.deflections import DeflectionWatch, deflection_watches
 from femflex.advice.limits import DIVERGENCE_RATIO, SINGULARITY_DISTANCE, STRETCHING_RATIO, ZERO_RATE
 from femflex.arrays import Array
 from femflex.dynamics.joints.places import joint_places
+from femflex.rotations import dcm_from_quaternion
 from femflex.system import LengthTable
 from femflex.warning import PhysicsWarning
 
@@ -158,11 +159,42 @@ class MotionGuard:
             watch.warn("was", self._notes.get(watch.name, ""))
 
 
-def first_overflow(channels: Mapping[str, Array], block: Block) -> IntegrationError | None:
-    """The error about the first row of a block with a channel that is not finite, or None.
+def first_fault(model: Model, channels: Mapping[str, Array], block: Block) -> IntegrationError | None:
+    """The error about the first row of a block with a channel that is not finite, or below the ground; or None.
 
     channels: (n_t, ...) in SI
     """
+    faults = [_overflow(channels, block), _impact(model, channels, block)]
+    return min((fault for fault in faults if fault is not None), key=lambda fault: fault.t, default=None)
+
+
+def _impact(model: Model, channels: Mapping[str, Array], block: Block) -> IntegrationError | None:
+    """The error about the first row in which the root body of a craft on a free orbit is inside the central body."""
+    from femflex.integrate import IntegrationError
+
+    system, radius = model.system, model.system.environment.radius
+    if (
+        (orbit := system.orbit) is None
+        or not orbit.free
+        or orbit.semi_major_axis * (1.0 - orbit.eccentricity) <= radius
+    ):
+        return None
+    position = channels[f"bodies/{system.root}/position"]
+    vertical = dcm_from_quaternion(channels["orbit/attitude"])[:, :, 1]
+    distance = np.linalg.norm(channels["orbit/radius"][:, None] * vertical + position, axis=1)
+    rows = np.flatnonzero(distance < radius)
+    if not len(rows):
+        return None
+    row = slice(rows[0], rows[0] + 1)
+    text = (
+        f"the craft falls to the ground: body {system.root!r} is {distance[rows[0]] / 1e3:.6g} km from the centre of a "
+        f"body with a radius of {radius / 1e3:.6g} km. Run a shorter time, or raise the orbit."
+    )
+    return IntegrationError(text, block.times[row], block.states[row], 0, block.steps)
+
+
+def _overflow(channels: Mapping[str, Array], block: Block) -> IntegrationError | None:
+    """The error about the first row of a block with a channel that is not finite, or None."""
     from femflex.integrate import IntegrationError
 
     finite = {path: np.isfinite(value).all(axis=tuple(range(1, value.ndim))) for path, value in channels.items()}

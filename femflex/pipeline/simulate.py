@@ -13,7 +13,7 @@ from femflex.arrays import Array
 from femflex.dynamics import Model, compile_system
 from femflex.integrate import Block, Solution
 from femflex.integrate.driver import collected
-from femflex.pipeline.guard import MotionGuard, first_overflow
+from femflex.pipeline.guard import MotionGuard, first_fault
 from femflex.pipeline.integrator import chosen_integrator
 from femflex.summary import Rows, Summarised, listed
 from femflex.system import System
@@ -97,6 +97,6 @@ def simulate(
     guard.warn()
     channels = model.observe(motion.times, motion.states)
     last = Block(motion.times, motion.states, motion.resume)
-    if (overflow := first_overflow(channels, last)) is not None:
+    if (overflow := first_fault(model, channels, last)) is not None:
         raise overflow
     return Simulation(model, motion, channels, reason)

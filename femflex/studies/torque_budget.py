@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
+from scipy.integrate import cumulative_trapezoid, trapezoid
 from scipy.spatial.transform import Rotation
 
 from femflex.arrays import Array, IntArray
@@ -34,6 +34,7 @@ LEAST = 8  # instants of a budget
 class SourceBudget:
     """One source along the motion, at n_t instants.
 
+    time         (n_t,) [s]
     torque       (n_t, 3) about the centre of mass, axes of the root body [N m]
     force        (n_t, 3) resultant, axes of the base frame [N]; of loads on a specified orbit zero
     momentum     (n_t, 3) integral of the torque, inertial axes [N m s]
@@ -41,6 +42,7 @@ class SourceBudget:
     """
 
     name: str
+    time: Array
     torque: Array
     force: Array
     momentum: Array
@@ -48,8 +50,8 @@ class SourceBudget:
 
     @property
     def mean(self) -> Array:
-        """Mean torque (3,) [N m]."""
-        return np.asarray(self.torque.mean(axis=0))
+        """Mean torque (3,) over time [N m]."""
+        return np.asarray(trapezoid(self.torque, self.time, axis=0) / (self.time[-1] - self.time[0]))
 
     @property
     def largest(self) -> float:
@@ -59,7 +61,8 @@ class SourceBudget:
     @property
     def mean_force(self) -> float:
         """Mean magnitude of the force [N]."""
-        return float(np.linalg.norm(self.force, axis=1).mean())
+        size = np.linalg.norm(self.force, axis=1)
+        return float(trapezoid(size, self.time) / (self.time[-1] - self.time[0]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,10 +124,11 @@ def torque_budget(model: Model, times: Array, states: Array, channels: Mapping[s
         torque = root.torque(bent) - moment
         change = torque - (root.torque(flat) - flat_moment)
         return SourceBudget(
-            name, torque, force, _momentum(times, attitude, torque), float(np.linalg.norm(change, axis=1).max())
+            name, times, torque, force, _momentum(times, attitude, torque), float(np.linalg.norm(change, axis=1).max())
         )
 
     sources = [source(name, [name]) for name in names]
+    sources += [source(f"sum of {kind}", parts) for kind, parts in _of_one_kind(system, names).items()]
     if len(names) > 1:
         sources.append(source("sum", names))
     return TorqueBudget(times, orbits, whole, tuple(sources), system.orbit is not None)
@@ -146,6 +150,15 @@ def source_names(system: System) -> list[str]:
     if not names:
         raise ValueError("nothing acts on the craft from outside: it has no orbit, no loads, and no such effectors")
     return names
+
+
+def _of_one_kind(system: System, names: Sequence[str]) -> dict[str, list[str]]:
+    """Kind -> names of its effectors among those names, where it has several, as light has on each body."""
+    kinds: dict[str, list[str]] = {}
+    for effector in system.effectors:
+        if isinstance(effector, Effector) and f"effectors/{effector.name}" in names:
+            kinds.setdefault(effector.kind, []).append(f"effectors/{effector.name}")
+    return {kind: parts for kind, parts in kinds.items() if 1 < len(parts) < len(names)}
 
 
 def _whole_orbits(system: System, times: Array, states: Array) -> tuple[Array, Array, float, bool, IntArray]:

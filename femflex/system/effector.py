@@ -189,5 +189,6 @@ def reserved_names(effector: Effector, key: str) -> set[str]:
 
 def _checked(name: str, key: str, value: Array, n: int) -> Array:
     if value.shape != (n,) or not np.all(np.isfinite(value)):
-        raise ValueError(f"{key} of effector {name!r} is {value.tolist()}; expected {n} finite numbers, one per state")
+        shown = np.array2string(value, threshold=12, edgeitems=3, separator=", ")
+        raise ValueError(f"{key} of effector {name!r} is {shown}; expected {n} finite numbers, one per state")
     return value

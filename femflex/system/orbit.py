@@ -19,6 +19,7 @@ MU_EARTH = 3.986004418e14  # m^3/s^2
 EARTH_RADIUS = 6378137.0  # m, equatorial, over which altitudes are counted
 
 ORBIT_SIGNALS = tuple(f"orbit.{what}_{axis}" for what in ("position", "velocity") for axis in "xyz")  # of O, inertial
+CRAFT_SIGNALS = tuple(f"craft.{what}_{axis}" for what in ("position", "velocity") for axis in "xyz")  # of the root body
 CIRCULAR = 1e-9  # eccentricity below which an orbit counts as circular
 FRAMES = ("inertial", "orbital", "spinning")
 

@@ -24,7 +24,7 @@ from femflex.system.joint_coordinates import latch_start_problems
 from femflex.system.kept_values import keep_problems
 from femflex.system.length_table import LengthTable
 from femflex.system.load import Load
-from femflex.system.orbit import EARTH_RADIUS, MU_EARTH, ORBIT_SIGNALS, Frame, Orbit
+from femflex.system.orbit import CRAFT_SIGNALS, EARTH_RADIUS, MU_EARTH, ORBIT_SIGNALS, Frame, Orbit
 from femflex.system.segments import Part, effector_at_segments, with_segment_names, with_segments
 from femflex.system.sight import Sight
 from femflex.system.spring import Spring
@@ -99,7 +99,7 @@ class System(Summarised):
         problems += self._variation_problems()
         problems += tie_problems(self.loops, self.constraints, self.springs, self.orbit)
         problems += effector_problems(
-            self.effectors, self.bodies, self.joints, () if self.orbit is None else ORBIT_SIGNALS
+            self.effectors, self.bodies, self.joints, () if self.orbit is None else ORBIT_SIGNALS + CRAFT_SIGNALS
         )
         if problems:
             raise ValueError("\n".join(problems))

@@ -15,6 +15,7 @@ from femflex.view.theme import theme_of
 from femflex.view.units import time_unit
 
 SHADED = 0.5  # visible share of the sun, below which the background is dark
+DASHES = ("-", "--", ":")  # of the curves, when their colours are used up
 
 
 def plot_budget(
@@ -42,7 +43,10 @@ def plot_budget(
             style = (
                 {"color": colours.text, "lw": 1.6}
                 if name == "sum"
-                else {"color": colours.lines[i % len(colours.lines)]}
+                else {
+                    "color": colours.lines[i % len(colours.lines)],
+                    "ls": DASHES[i // len(colours.lines) % len(DASHES)],
+                }
             )
             axes[k].plot(t, torque[:, k], label=name.removeprefix("effectors/"), **style)
         axes[k].set_ylabel(f"torque {axis} [N m]")

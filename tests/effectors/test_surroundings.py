@@ -118,6 +118,31 @@ def test_vector_sensor_shows_the_field_in_its_axes():
     np.testing.assert_allclose(C.T @ field[-1], measured[-1], atol=1e-12)
 
 
+def test_air_of_a_free_orbit_is_that_at_the_craft():
+    """J2 takes the craft 200 km along from the ellipse; the table's exponential from 400 to 450 km at its height."""
+    orbit = Orbit(RADIUS + 430e3, inclination=0.9, free=True)
+    craft = System(
+        {"hub": CENTRE_BODY},
+        [free("hub")],
+        orbit=orbit,
+        frame=Frame("inertial"),
+        environment=Environment(oblateness=1.0826e-3),
+    )
+    run = simulate(with_effectors(craft, {"air": Atmosphere(kind="atmosphere")}), 5 * orbit.period, output_step=60.0)
+    vertical = dcm_from_quaternion(run["orbit/attitude"])[:, :, 1]
+    place = run["orbit/radius"][:, None] * vertical + run["bodies/hub/position"]
+    assert np.linalg.norm(run["bodies/hub/position"][-1]) > 100e3
+    r, sine2 = np.linalg.norm(place, axis=1), (place[:, 2] / np.linalg.norm(place, axis=1)) ** 2
+    f = 1 / 298.257223563
+    height = (r - RADIUS * (1 - f) / np.sqrt((1 - f) ** 2 + (1 - (1 - f) ** 2) * sine2)) / 1e3
+    inside = (height > 400) & (height < 450)
+    assert inside.sum() > 50
+    exact = 3.725e-12 * np.exp(-(height - 400) / 58.515)
+    np.testing.assert_allclose(run["effectors/air/density"][inside], exact[inside], rtol=1e-9)
+    wind = np.stack([run[f"effectors/air/{axis}"] for axis in "xyz"], axis=1)
+    np.testing.assert_allclose(wind, np.cross([0, 0, 7.292115e-5], place), rtol=1e-9, atol=1e-6)
+
+
 @pytest.mark.parametrize("version", ["00", "2.1"])
 def test_nrlmsis_along_an_orbit_is_that_of_pymsis(version):
     """Place, geodetic coordinates and Earth rotation angle are written here; the table is within 1 % of the model."""

@@ -13,10 +13,10 @@ from femflex.dynamics.effectors.records import EFFECTOR, HANDLE, N_EFFECTOR, POR
 from femflex.dynamics.lowering.pool import Pool, Scratch, add_marker
 from femflex.kernels.lanes import padded
 from femflex.system import Effector, System
-from femflex.system.orbit import ORBIT_SIGNALS
+from femflex.system.orbit import CRAFT_SIGNALS, ORBIT_SIGNALS
 
 Records = NDArray[np.void]
-PLACE = 13  # of the place of O, then its velocity, in the state of the orbit
+PLACE, CRAFT = 13, 23  # of the place of O, then its velocity, in the state of the orbit; then those of the craft
 
 
 def lowered(
@@ -32,8 +32,9 @@ def lowered(
     share_storage(effectors, records, ports, scratch)
     offsets = signal_offsets(effectors, records, names, int(head["z"]))
     if system.orbit is not None:
-        place = int(head["orbit_state"]) + PLACE - int(head["z"])
-        offsets |= {name: place + k for k, name in enumerate(ORBIT_SIGNALS)}
+        for first_place, signals in ((PLACE, ORBIT_SIGNALS), (CRAFT, CRAFT_SIGNALS)):
+            start = int(head["orbit_state"]) + first_place - int(head["z"])
+            offsets |= {name: start + k for k, name in enumerate(signals)}
     for record, effector, port in zip(records, effectors, ports, strict=True):
         parts = {
             "markers": port,

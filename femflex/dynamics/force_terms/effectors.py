@@ -7,7 +7,7 @@ from dataclasses import replace
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.effectors.calling import apply_forces, evaluate_effector
 from femflex.dynamics.effectors.effector_functions import N_ACCOUNTS
-from femflex.dynamics.effectors.lowering import lowered
+from femflex.dynamics.effectors.lowering import CRAFT, PLACE, lowered
 from femflex.dynamics.effectors.newton import correct
 from femflex.dynamics.effectors.records import N_EFFECTOR, effector_at
 from femflex.dynamics.force_terms.registry import ForceTerm, Records
@@ -19,10 +19,20 @@ from femflex.dynamics.forces.calls import (
     RELAX,
     REPORT,
 )
+from femflex.dynamics.lowering.layout import (
+    ORBIT_FREE,
+    ORBIT_NONE,
+    W_CIN,
+    W_POS,
+    W_VEL,
+    body_of,
+    header_of,
+)
 from femflex.dynamics.lowering.pool import Pool, Scratch
 from femflex.dynamics.reports.observe import reference_motion
+from femflex.kernels.compiled import inner
 from femflex.kernels.entries import entry
-from femflex.kernels.vectors import dot, load3
+from femflex.kernels.vectors import add, dot, load3, load9, store3, turn_back
 from femflex.system import Channel, Controller, Effector, System
 from femflex.system.effector import ACCOUNTS
 from femflex.system.evaluation import evaluation_order
@@ -31,12 +41,31 @@ XYZ = ("x", "y", "z")
 NEVER = 1e300  # s, the first sample of a controller that is switched off
 
 
+@inner
+def place_craft(table: Table, work: Array) -> None:
+    """Write place and velocity, inertial components, of the craft behind the orbit's state.
+
+    They are those of the root body's origin on a free orbit, and of O, where the centre of mass is, on a specified one.
+    """
+    head, b = header_of(table), body_of(table, 1)
+    if head["orbit"] == ORBIT_NONE:
+        return
+    o, w = head["orbit_state"], b["work"]
+    place, velocity = load3(work, o + PLACE), load3(work, o + PLACE + 3)
+    if head["orbit"] == ORBIT_FREE:
+        place = add(place, load3(work, w + W_POS))
+        velocity = add(velocity, turn_back(load9(work, w + W_CIN), load3(work, w + W_VEL)))
+    store3(work, o + CRAFT, place)
+    store3(work, o + CRAFT + 3, velocity)
+
+
 @entry(APPLY)
 def apply(
     t: float, q: Array, u: Array, records: int, first: int, last: int, table: Table, pool: Array, work: Array
 ) -> None:
     """Put the forces of effectors on bodies and joints, and write the rates of their states."""
     shift, drift = reference_motion(table, pool, work)
+    place_craft(table, work)
     for i in range(first, last):
         evaluate_effector(t, q, u, i, first, records, shift, drift, table, pool, work)
         apply_forces(i, first, last, records, table, pool, work)
@@ -69,6 +98,7 @@ def report(
     """Forces, torques, efforts, channels, power and accounts of every effector."""
     position = 0
     shift, drift = reference_motion(table, pool, work)
+    place_craft(table, work)
     for i in range(n):
         e = effector_at(table, records + N_EFFECTOR * i)
         evaluate_effector(t, q, u, i, 0, records, shift, drift, table, pool, work)

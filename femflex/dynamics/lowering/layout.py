@@ -42,7 +42,7 @@ HEADER = np.dtype(
             "frame_data",  # pool: rate of a spinning frame (3)
             "weighs", "gravity",  # 1: uniform gravity acts; pool: its acceleration, inertial components (3)
             "mass",  # pool: total mass
-            "orbit_state",  # work: radius, rate of O (3), C_NO (9), place, velocity, alpha of O (3), true anomaly
+            "orbit_state",  # work: radius, rate of O (3), C_NO (9), place, velocity, alpha of O (3), anomaly; craft (6)
             "angle_axes",  # pool: axis numbers of the reported attitude angles (3), C_QL (9)
             "total",  # work: centre of mass (3); uniform field, or that in which the centre of mass stays at O (3)
             "kept",  # pool: 1 or 0 for every term of femflex.dynamics.terms.ledger; read by reduced models alone

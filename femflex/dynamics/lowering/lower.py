@@ -65,7 +65,7 @@ def lower(system: System, terms: Sequence[LowerableTerm]) -> tuple[Table, Array,
     head[0]["angle_axes"] = pool.add(axis_numbers(system.libration_sequence))
     head[0]["mass"] = pool.add_unshared([sum(body.moments.mass for body in system.bodies.values())])
     head[0]["n_varying"] = len(system.varying)
-    head[0]["orbit_state"], head[0]["total"] = scratch.take(23), scratch.take(6)
+    head[0]["orbit_state"], head[0]["total"] = scratch.take(29), scratch.take(6)
     head[0]["z"], head[0]["zdot"] = scratch.take(len(states) + n_free), scratch.take(len(states))
     head[0]["n_free"], head[0]["needs"] = n_free, scratch.take(n_free * (n_free + 1))
     head[0]["lack"] = scratch.take(nu if n_free else 0)

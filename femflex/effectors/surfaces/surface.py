@@ -94,7 +94,14 @@ class Surface(EffectorNoun, heading="surfaces"):
         """Marker of the body -> the facets that move with it. Raises ValueError."""
         body = whole_body(context, self.body)
         front, back = _side_properties(self.front), None if self.back is None else _side_properties(self.back)
+        self._check_alone(context)
         if not body.n_shapes:
+            extra = next((key for key in ("group", "diameter") if getattr(self, key) is not None), None)
+            if extra is not None:
+                raise ValueError(
+                    f"found {extra} = {getattr(self, extra)!r}, and body {self.body!r} is rigid: its surface is that "
+                    f"of its shapes; leave {extra} out"
+                )
             return {"origin": list(_facets_of_skin(self.body, body, front))}
         patches = body.patches.get(self.group or "all")
         if patches is None:
@@ -117,6 +124,16 @@ class Surface(EffectorNoun, heading="surfaces"):
                 other = back if back or patches.solid else front
                 out[marker] = [Facet(FLAT, normal, np.zeros(3), front, other, _turned(at, normal), gap)]
         return out
+
+    def _check_alone(self, context: Context) -> None:
+        """Raise ValueError where another surface has the same part of the body, on which forces would act twice."""
+        for name, other in context.nouns.items():
+            if isinstance(other, Surface) and other is not self and other.body == self.body:
+                if "all" in (mine := self.group or "all", its := other.group or "all") or mine == its:
+                    raise ValueError(
+                        f"body {self.body!r} has two surfaces, also {name!r} of group {its!r}, so that forces would "
+                        "act twice; give each a group of its own"
+                    )
 
 
 def _side_properties(value: str | Optical) -> SideProperties:

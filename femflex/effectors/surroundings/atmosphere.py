@@ -14,7 +14,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.effectors.surroundings.earth import EARTH_RATE, FLATTENING, altitude_of
-from femflex.effectors.surroundings.noun import Surrounding
+from femflex.effectors.surroundings.noun import Surrounding, around_earth
 from femflex.kernels.vectors import load3, store3
 from femflex.noun.values import Quantity
 from femflex.system.acting import Context
@@ -32,6 +32,18 @@ TABLE = np.array([
 ROWS = len(TABLE)
 GAS_CONSTANT = 8.31446261815324  # J/(mol K)
 RADIUS, FACTOR, FIXED, RATE, TEMPERATURE, MOLAR_MASS, FIRST = 0, 1, 2, 3, 4, 5, 6  # of its parameters; then the table
+
+
+def check_perigee(context: Context, lowest: float, highest: float, what: str) -> None:
+    """Raise ValueError where the lowest height [m] on the orbit is outside those of a model of the air."""
+    if (orbit := context.orbit) is None:
+        return
+    height = orbit.semi_major_axis * (1.0 - orbit.eccentricity) - context.radius
+    if not lowest <= height <= highest:
+        raise ValueError(
+            f"the perigee is at a height of {height / 1e3:.4g} km, and {what} holds from {lowest / 1e3:g} to "
+            f"{highest / 1e3:g} km; change the orbit, or give `density` of kind = 'atmosphere'"
+        )
 
 
 class Air(Surrounding):
@@ -62,7 +74,13 @@ class Atmosphere(Air, heading="surroundings"):
     """Molar mass of the air; atomic oxygen prevails between 200 and 600 km."""
 
     def constants(self, name: str, context: Context) -> Array:
-        """Radius [m], factor, fixed density, rate [rad/s], temperature, molar mass, and the table in SI."""
+        """Radius [m], factor, fixed density, rate [rad/s], temperature, molar mass, and the table in SI.
+
+        Raises ValueError for an orbit about another body, or above the table.
+        """
+        if self.density is None:
+            around_earth(context, "the table of the atmosphere")
+            check_perigee(context, 0.0, 1e3 * TABLE[-1, 0], "the table of the atmosphere")
         fixed = -1.0 if self.density is None else self.density
         rate = self.rotation * EARTH_RATE
         head = [context.radius, self.density_factor, fixed, rate, self.temperature, self.molar_mass]

@@ -17,7 +17,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.effectors.surroundings.earth import EARTH_RATE, REFERENCE_RADIUS, sidereal_angle, turned_z
-from femflex.effectors.surroundings.noun import Surrounding, epoch_of
+from femflex.effectors.surroundings.noun import Surrounding, around_earth, epoch_of
 from femflex.kernels.compiled import inner
 from femflex.kernels.vectors import Vector, load3, store3
 from femflex.noun.values import Count
@@ -39,10 +39,12 @@ class MagneticField(Surrounding, heading="surroundings"):
     """Highest degree of the spherical harmonics; 1 is the tilted dipole."""
 
     label = "magnetic field"
+    years = (1990.0, 2030.0)
     channels = {"x": "T", "y": "T", "z": "T"}
 
     def constants(self, name: str, context: Context) -> Array:
         """Sidereal angle [rad], degree, and coefficients [T]. Raises ValueError for a date outside these."""
+        around_earth(context, "the magnetic field")
         days = epoch_of(context, "the magnetic field")
         g, h = coefficients(2000.0 + days / 365.25, self.degree)
         return np.concatenate([[sidereal_angle(days), float(self.degree)], np.stack([g, h], axis=2).ravel()])

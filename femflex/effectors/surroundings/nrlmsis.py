@@ -6,7 +6,7 @@ licence asks NRL's consent for commercial use. The model takes microseconds a pl
 run, the logarithm of its density, its temperature and its mean molar mass are tabulated over universal time, local
 solar time, latitude and height for the day of the epoch, and the run interpolates them by cubics that continue their
 slopes (Catmull and Rom).
-Between 110 and 990 km this is within 0.1 % of the model (rms; 0.8 % at most), with 8 x 24 x 19 x 40 places.
+Between 110 and 990 km this is within 0.1 % of the model (rms; 0.8 % at most), with 8 x 24 x 19 x 54 places.
 
 The day of the year and the indices of solar and geomagnetic activity stay those of the epoch: over a month the model's
 own annual terms change the density by up to some 15 %.
@@ -20,9 +20,9 @@ from typing import Annotated, Any, Literal
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.effectors.surroundings.atmosphere import GAS_CONSTANT, Air
+from femflex.effectors.surroundings.atmosphere import GAS_CONSTANT, Air, check_perigee
 from femflex.effectors.surroundings.earth import DAY, EARTH_RATE, FLATTENING, altitude_of, sidereal_angle
-from femflex.effectors.surroundings.noun import epoch_of
+from femflex.effectors.surroundings.noun import around_earth, epoch_of
 from femflex.kernels.compiled import inner
 from femflex.kernels.vectors import load3, store3
 from femflex.noun.values import Quantity
@@ -30,8 +30,8 @@ from femflex.system.acting import Context
 from femflex.system.environment import STANDARD_GRAVITY
 
 AVOGADRO = 6.02214076e23  # 1/mol
-SIZES = (8, 24, 19, 42)  # places over universal time, local solar time, latitude and height
-LOWEST, HIGHEST, FOOT = 100e3, 1000e3, 60e3  # m: second and last but one height, equidistant in log(height - FOOT)
+SIZES = (8, 24, 19, 56)  # places over universal time, local solar time, latitude and height
+LOWEST, HIGHEST, FOOT = 100e3, 2500e3, 60e3  # m: second and last but one height, equidistant in log(height - FOOT)
 LOG_STEP = math.log((HIGHEST - FOOT) / (LOWEST - FOOT)) / (SIZES[3] - 3)
 RADIUS, FACTOR, RATE, EPOCH, SIDEREAL, FIRST = 0, 1, 2, 3, 4, 5  # of its parameters; then the table
 
@@ -43,9 +43,9 @@ class Nrlmsis(Air, heading="surroundings"):
     """The Earth's upper air by NRLMSIS."""
     version: Literal["00", "2.0", "2.1"] = "00"
     """Version of the model: NRLMSISE-00, or NRLMSIS 2.0 or 2.1, whose licence restricts commercial use."""
-    f107: Annotated[float, Quantity(least=0.0)]
+    f107: Annotated[float, Quantity(least=40.0, most=500.0)]
     """Flux of the sun at 10.7 cm on the day before the epoch, in 1e-22 W/(m^2 Hz)."""
-    f107_mean: Annotated[float, Quantity(least=0.0)]
+    f107_mean: Annotated[float, Quantity(least=40.0, most=500.0)]
     """Mean of that flux over the 81 days around the epoch."""
     ap: Annotated[float, Quantity(least=0.0, most=400.0)]
     """Geomagnetic index Ap of the day."""
@@ -53,16 +53,12 @@ class Nrlmsis(Air, heading="surroundings"):
     def constants(self, name: str, context: Context) -> Array:
         """Radius [m], factor, rate [rad/s], days since J2000, sidereal angle then, and the table.
 
-        Raises ValueError without epoch or pymsis, and for an orbit that begins below the table.
+        Raises ValueError without epoch or pymsis, for an orbit about another body or outside the table, and for indices
+        for which the model has no density.
         """
         epoch = epoch_of(context, "the atmosphere by NRLMSIS")
-        orbit = context.orbit
-        lowest = orbit.semi_major_axis * (1.0 - orbit.eccentricity) - context.radius if orbit is not None else HIGHEST
-        if lowest < LOWEST:
-            raise ValueError(
-                f"the perigee is at a height of {lowest / 1e3:.4g} km, and NRLMSIS is used above {LOWEST / 1e3:g} km; "
-                "raise the orbit, or use kind = 'atmosphere'"
-            )
+        around_earth(context, "NRLMSIS")
+        check_perigee(context, LOWEST, HIGHEST, "NRLMSIS")
         head = [context.radius, self.density_factor, self.rotation * EARTH_RATE, epoch, sidereal_angle(epoch)]
         return np.concatenate([head, self._table(epoch)])
 
@@ -82,6 +78,11 @@ class Nrlmsis(Air, heading="surroundings"):
             dates, longitude, latitude, 1e-3 * height, *indices, activity, version=self.version
         )
         density, particles = np.asarray(air[:, 0], float), np.nansum(air[:, 1:10], axis=1, dtype=float)
+        if not (np.isfinite(density).all() and density.min() > 0.0 and np.isfinite(air[:, 10]).all()):
+            raise ValueError(
+                f"NRLMSIS has no density for f107 = {self.f107:g}, f107_mean = {self.f107_mean:g} and ap = {self.ap:g}"
+                "; give indices of a real day"
+            )
         return np.stack([np.log(density), air[:, 10], AVOGADRO * density / particles], axis=1).ravel()
 
 

@@ -17,13 +17,13 @@ from pydantic import StrictBool, model_validator
 from femflex.arrays import Array
 from femflex.effectors.noun import unit_direction
 from femflex.effectors.surroundings.earth import DAY, ecliptic_to_equator
-from femflex.effectors.surroundings.noun import Surrounding, epoch_of
+from femflex.effectors.surroundings.noun import Surrounding, around_earth, epoch_of
 from femflex.kernels.compiled import inner
 from femflex.kernels.vectors import Vector, add, cross, dot, load3, scale, store3, sub
 from femflex.noun.table import refuse
 from femflex.noun.values import Direction
 from femflex.system.acting import Context
-from femflex.system.environment import within_series
+from femflex.system.environment import SERIES_YEARS, within_series
 
 AU = 1.495978707e11  # m, International Astronomical Union 2012
 SUN_RADIUS = 6.957e8  # m, nominal, International Astronomical Union 2015
@@ -51,6 +51,7 @@ class Sun(Surrounding, heading="surroundings"):
     """Whether the Earth shades the craft on its orbit."""
 
     label = "sun"
+    years = SERIES_YEARS
     channels = {"x": "1", "y": "1", "z": "1", "distance": "m", "visible": "1", "pressure": "Pa"}
     needs_orbit = False
 
@@ -67,6 +68,7 @@ class Sun(Surrounding, heading="surroundings"):
             raise ValueError(f"the direction of sun {name!r} is in orbital axes, and there is no orbit; give one")
         head = [float(orbit is not None), float(self.eclipse and orbit is not None), context.radius]
         if self.direction is None:
+            around_earth(context, "the sun of a date")
             epoch = within_series(epoch_of(context, "the direction of the sun"))
             return np.array([DATE, *head, epoch, 0.0, 0.0, 0.0])
         source = ORBITAL if self.frame == "orbital" else INERTIAL

@@ -28,13 +28,13 @@ from femflex.dynamics.equilibria.local_derivative import local_derivative, on_li
 from femflex.dynamics.equilibria.states import effector_states
 from femflex.dynamics.equilibria.system_modes import SystemModes, modes_about
 from femflex.dynamics.model import Model, compile_system
-from femflex.effectors.constant_commands import UNIT, with_followers_of, with_held_commands
+from femflex.effectors.constant_commands import FOLLOWER, UNIT, with_followers_of, with_held_commands
 from femflex.noun.problems import suggestion_text
 from femflex.pipeline.rest import rest_equilibrium, rest_state, rest_system
 from femflex.studies.linear.inputs import Input, default_inputs, inputs_of
 from femflex.studies.linear.space import StateSpace
 from femflex.summary import Rows, Summarised, listed
-from femflex.system import System
+from femflex.system import Effector, System
 
 STEP = 1e-5  # of a coordinate's usual size, as in `linearised`: error of central differences 1e-10
 ROUNDING = 16 * np.finfo(float).eps  # of a channel's size: a smaller difference of two values counts as zero
@@ -300,4 +300,10 @@ def default_outputs(model: Model) -> list[str]:
         f"markers/{name}.{marker}/deflection" for name, b in system.bodies.items() if b.n_modes for marker in b.markers
     }
     selected = {"attitude/angles", f"bodies/{system.root}/rate", *deflections}
-    return [path for path in model.channels if path in selected or (path.startswith("effectors/") and UNIT not in path)]
+    hidden = [f"effectors/{e.name}/" for e in system.effectors if isinstance(e, Effector) and e.kind == FOLLOWER]
+    return [
+        path
+        for path in model.channels
+        if path in selected
+        or (path.startswith("effectors/") and UNIT not in path and not path.startswith(tuple(hidden)))
+    ]
