@@ -16,7 +16,7 @@ from femflex.advice.model_warnings import model_warnings
 from femflex.advice.motion_estimate import estimate_motion
 from femflex.advice.remedies import division_remedy
 from femflex.advice.strain import strain_advice
-from femflex.advice.truncation import richer_craft, truncation_warnings, with_response
+from femflex.advice.truncation import craft_modes, truncation_warnings
 from femflex.reduction.origin import Origin
 from femflex.system import System
 
@@ -44,8 +44,7 @@ def advise(
     body_origins = BodyOrigins(origins or {})
     elastic = [name for name, body in system.bodies.items() if body.n_modes]
     linear = [name for name in elastic if system.bodies[name].strain_form == "linear"]
-    richer, rigid = with_response(richer_craft(system, body_origins), system, duration)
-    estimate = estimate_motion(system, duration, rigid)
+    estimate = estimate_motion(system, duration)
     margins = buckling_margins(estimate.rigid, system, body_origins)
     spin = None if fastest is None else np.asarray(fastest, float)
     strain_choices = strain_advice(system, linear, {}, estimate, body_origins, spin)
@@ -53,7 +52,7 @@ def advise(
     advice += shape_notes(system.bodies, body_origins)
     advice += unassessed_bodies(system, body_origins, estimate.rigid, estimate.shortfall)
     advice += buckling_warnings(system, body_origins, margins)
-    advice += truncation_warnings(system, richer, band)
+    advice += truncation_warnings([craft_modes(system, body_origins, estimate.response)], band)
     advice += model_warnings(system, body_origins, duration)
     if warn:
         warn_of(advice)

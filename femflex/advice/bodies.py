@@ -6,15 +6,17 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from femflex.advice.buckling.applied_load import BucklingModel
 from femflex.advice.buckling.beam import BeamBuckling
 from femflex.advice.buckling.buckling_analysis import BucklingAnalysis
 from femflex.advice.buckling.structure import StructureBuckling
-from femflex.advice.enriched_bodies import BeamEnrichment, DeployedEnrichment, EnrichedBody, MeshedEnrichment
+from femflex.advice.residual import ResolvedBody, resolved_body
 from femflex.body import FlexibleBody
 from femflex.fem.deflected import tension_blocks
 from femflex.reduction.large_deflection.curvature import hardening, least_stiffness_ratio, mesh_rise
-from femflex.reduction.origin import Analytic, Deployed, LeftOpen, Meshed, Origin
+from femflex.reduction.origin import Analytic, Meshed, Origin
 from femflex.reduction.preload.equilibrium import is_preloaded
 from femflex.reduction.reduce import MOST_COORDINATES
 
@@ -60,27 +62,41 @@ class BodyOrigin:
         return hardening(source.structure, source.modes)
 
     @property
+    def root(self) -> str:
+        """The place of the root: the first clamped group, or the end of a beam; empty without a clamp."""
+        source = self.origin.source
+        if isinstance(source, Meshed):
+            return source.modes.groups[0] if source.modes.held.size else ""
+        return "root"
+
+    def place(self, body: FlexibleBody, marker: str) -> str:
+        """The mesh group, or the end, of a marker of the body; empty where static shapes have no such place."""
+        source = self.origin.source
+        if isinstance(source, Meshed):
+            return source.places.get(marker, "")
+        ends = [end for end in ("root", "tip") if end in body.markers]
+        positions = {end: body.markers[end].position for end in ends}
+        at = body.marker(marker).position
+        return next((end for end in ends if np.array_equal(positions[end], at)), "")
+
+    @property
     def is_preloaded(self) -> bool:
         """Whether its shapes are computed about an equilibrium under loads."""
         source = self.origin.source
         return isinstance(source, Meshed) and is_preloaded(source.structure, source.modes.held)
 
-    def enriched(self, body: FlexibleBody, markers: Collection[str]) -> EnrichedBody | None:
-        """The body in a richer set, with joints at the markers of these names; None where there is none."""
+    @property
+    def is_resolved(self) -> bool:
+        """Whether its set of shapes can be judged: not one of a file, of all nodes, or computed about a preload."""
         source = self.origin.source
-        if isinstance(source, Analytic):
-            return BeamEnrichment(source.beam, source.functions)(body, markers)
-        if isinstance(source, Deployed):
-            return DeployedEnrichment(source)(body, markers)
-        if (
-            not isinstance(source, Meshed)
-            or "nodal" in source.modes.kinds
-            or not 0 < source.modes.n_modes <= MOST_COORDINATES
-        ):
-            return None
-        if self.is_preloaded:
-            return None
-        return MeshedEnrichment(source.structure, source.modes, source.places)(body, markers)
+        if not isinstance(source, Meshed):
+            return source is not None
+        counted = 0 < source.modes.n_modes <= MOST_COORDINATES
+        return counted and "nodal" not in source.modes.kinds and not self.is_preloaded
+
+    def resolved(self, body: FlexibleBody, markers: Collection[str]) -> ResolvedBody | None:
+        """The body resolved beyond its shapes, with joints at the markers of these names; None where it cannot be."""
+        return resolved_body(self.origin.source, body, sorted(markers)) if self.is_resolved else None
 
 
 class BodyOrigins(Mapping[str, BodyOrigin]):
@@ -98,10 +114,6 @@ class BodyOrigins(Mapping[str, BodyOrigin]):
 
     def __len__(self) -> int:
         return len(self._bodies)
-
-    def open_choices(self, name: str) -> LeftOpen:
-        """The choices that a body leaves open; none for a body of unknown origin."""
-        return self._bodies[name].origin.open if name in self._bodies else LeftOpen()
 
     def remedy(self, name: str) -> str:
         """Text on how to give a body a strain form with stiffening by axial forces."""

@@ -14,7 +14,7 @@ from femflex.assembly.deploying import added_note, build_deploying, deployed_ori
 from femflex.assembly.extents import warn_of_doubtful_extents
 from femflex.assembly.functions import functions_of
 from femflex.assembly.matrices import build_matrix_body
-from femflex.assembly.open_choices import linear_strain_reason, open_choices, stiffening_remedy
+from femflex.assembly.open_choices import linear_strain_reason, stiffening_remedy
 from femflex.assembly.rigid_skins import rigid_skin
 from femflex.assembly.segments import build_segments
 from femflex.assembly.shared import shared_parts
@@ -158,7 +158,7 @@ def _build_body(case: Case, name: str, modes: int | None, refine: int, segments:
             notes = tuple(("shapes", text) for text in added_note(case, name, table))
             return BuiltBody(member.body, deployed_origin(case, name, table, member), notes)
         body, source, notes = _body_from_table(case, name, table, modes, refine, draft)
-        origin = Origin(source, open_choices(table), linear_strain_reason(table), stiffening_remedy(table))
+        origin = Origin(source, linear_strain_reason(table), stiffening_remedy(table))
         if isinstance(source, Meshed) and not draft:
             warn_of_doubtful_extents(case, name, table, source.structure.mesh, body.moments.mass)
         return BuiltBody(_with_markers(body, name, table), None if isinstance(table, RigidTable) else origin, notes)

@@ -12,7 +12,6 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.assembly.functions import FIELDS, AddedShapes, added_shapes, loads_at, with_static
-from femflex.assembly.open_choices import open_choices
 from femflex.assembly.orbits import build_orbit
 from femflex.body import FlexibleBody
 from femflex.case.body import BodyTable
@@ -90,8 +89,10 @@ def deployed_origin(case: Case, name: str, table: DeployingTable, member: Deploy
             rich_member = build_deploying(case, name, rich_table)
         return rich_member.body, partial(_fields, rich_member.shapes)
 
-    source = Deployed(member.shapes.functions, partial(_fields, member.shapes), richer)
-    return Origin(source, open_choices(table))
+    added = getattr(member.shapes.functions, "added", np.zeros(member.shapes.functions.count, bool))
+    requested = np.linalg.lstsq(member.shapes.X, np.eye(len(added))[:, ~added], rcond=None)[0]
+    source = Deployed(np.asarray(requested, float), partial(_fields, member.shapes), richer)
+    return Origin(source)
 
 
 def _with_more_functions(table: DeployingTable) -> DeployingTable:

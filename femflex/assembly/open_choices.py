@@ -8,26 +8,9 @@ from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable
 from femflex.case.case import Case
 from femflex.case.deploying import DeployingTable
 from femflex.case.matrices import MatricesTable
-from femflex.case.reduction import CantileverTable, Stretchable
-from femflex.reduction.origin import LeftOpen
+from femflex.case.reduction import Stretchable
 
 AXIAL = 2  # axial functions per bending function: the stretch by bending has twice its polynomial degree
-
-
-def open_choices(table: BodyTable) -> LeftOpen:
-    """The choices that the table of a body leaves to femflex."""
-    strain, joints = _is_strain_open(table), _are_joints_open(table)
-    if isinstance(table, DeployingTable):
-        return LeftOpen(False, joints, joints, joints, ("root",))
-    if isinstance(table, AnalyticTable):
-        return LeftOpen(strain, joints, joints, joints, ("root",))
-    reduction = getattr(table, "reduction", None)
-    if not isinstance(table, FlexibleTable) or not isinstance(reduction, Stretchable):
-        return LeftOpen(strain, joints)
-    is_cantilever = isinstance(reduction, CantileverTable)
-    at_roots = joints and not (is_cantilever and "attachment" in reduction.model_fields_set)
-    away_from_roots = joints and not (is_cantilever and "loads" in reduction.model_fields_set)
-    return LeftOpen(strain, joints, at_roots, away_from_roots, tuple(getattr(reduction, "clamp", ())))
 
 
 def _is_strain_open(table: BodyTable) -> bool:
@@ -60,11 +43,6 @@ def open_strains(case: Case) -> list[str]:
 def open_joints(case: Case) -> list[str]:
     """Names of the bodies whose tables do not set their static shapes of joints."""
     return [name for name, table in case.bodies.items() if _are_joints_open(table)]
-
-
-def table_text(table: BodyTable) -> str:
-    """The text of a table without its initial state and its length over time."""
-    return f"{type(table).__name__} {table.model_dump_json(exclude={'initial', 'length'})}"
 
 
 def stiffening_remedy(table: BodyTable) -> str:

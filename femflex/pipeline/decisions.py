@@ -7,6 +7,7 @@ body. The bodies that get either are built once more, from the same structures.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -25,30 +26,27 @@ from femflex.advice.buckling.margin import (
 )
 from femflex.advice.curved import shape_notes
 from femflex.advice.model_warnings import model_warnings
-from femflex.advice.motion_estimate import estimate_motion, estimate_rigid_motion
+from femflex.advice.motion_estimate import MotionEstimate, estimate_motion, estimate_rigid_motion
 from femflex.advice.strain import strain_advice
-from femflex.advice.truncation import unassessed_truncation
+from femflex.advice.truncation import CraftModes, are_assessable, truncation_warnings, unassessed_truncation
 from femflex.arrays import Array
 from femflex.assembly.bodies import built_bodies
 from femflex.assembly.initial import requested_displacement
 from femflex.assembly.open_choices import open_joints, open_strains, with_joints, with_strains
 from femflex.assembly.shared import shared_structures
+from femflex.assembly.static_shapes import with_all_static_shapes
 from femflex.assembly.system import problems_of_loads
+from femflex.case.body import Strain
 from femflex.case.case import Case
 from femflex.noun.problems import CaseError, Problem
-from femflex.pipeline.chosen_strains import bodies_with_strain, rebuilt_bodies
-from femflex.pipeline.joint_shapes import (
-    Built,
-    assessed_crafts,
-    joint_choices,
-    system_with_origins,
-    truncation_doubts,
-)
+from femflex.pipeline.chosen_strains import forms_that_exist
+from femflex.pipeline.joint_shapes import Built, crafts_at_lengths, joint_choices, system_with_origins
 from femflex.pipeline.periods import check_periods
 from femflex.pipeline.references import duration_of
 from femflex.pipeline.start import system_of
 from femflex.reduction.origin import Origin
 from femflex.system import Part, System
+from femflex.warning import PhysicsWarning
 
 LARGE_DISPLACEMENT = 0.1  # displacement over length above which linear strain is doubtful
 
@@ -116,11 +114,8 @@ def with_own_joints(case: Case) -> Case:
     if not open_joints(case):
         return case
     with shared_structures():
-        linear = _with_linear_strain(case)
-        _, system, origins, end = _first_system(linear)
-        return with_joints(
-            case, _choices(joint_choices(case, assessed_crafts(linear, system, origins, end)[0], origins))
-        )
+        first = _first_craft(case)
+        return with_joints(case, _choices(joint_choices(case, first.crafts)))
 
 
 def _with_given_bodies(case: Case, bodies: Mapping[str, Part]) -> ResolvedCase:
@@ -130,73 +125,93 @@ def _with_given_bodies(case: Case, bodies: Mapping[str, Part]) -> ResolvedCase:
     return ResolvedCase(case, system, tuple(advice), {})
 
 
-def _resolve_open_choices(case: Case, thorough: bool, loaded: bool) -> ResolvedCase:
-    linear, names = _with_linear_strain(case), open_strains(case)
-    built, system, origins, duration = _first_system(linear)
+@dataclass(frozen=True, eq=False)
+class FirstCraft:
+    """A craft with linear strain where that is open, and with all static shapes of joints; its motion in the run.
+
+    duration of the run [s]; estimate: None where nothing depends on it
+    crafts: its modes, with its members at their first and last lengths
+    """
+
+    system: System
+    origins: BodyOrigins
+    duration: float
+    estimate: MotionEstimate | None
+    crafts: list[CraftModes]
+
+
+def _first_craft(case: Case, thorough: bool = False) -> FirstCraft:
+    """The first craft of a case, and its motion where the strain or a set of shapes depends on it, or if `thorough`.
+
+    Raises CaseError with the problems of the bodies and of the loads together.
+    """
+    draft = with_all_static_shapes(_with_linear_strain(case)).model_copy(update={"initial": None})
+    problems = problems_of_loads(draft)
+    try:
+        built = _built_quietly(draft)
+    except CaseError as error:
+        raise CaseError(case.path.name, [*error.problems, *problems]) from None
+    if problems:
+        raise CaseError(case.path.name, problems)
+    system, origins = system_with_origins(draft, built)
+    duration = duration_of(case, system)
     check_periods(system, duration)
-    crafts, rigid = assessed_crafts(linear, system, origins, duration)
-    joints = joint_choices(case, crafts, origins)
-    shortfall, margins, strains, changed = "", dict[str, BucklingMargin](), list[Advice](), Built()
-    if case.initial is not None:  # it may need the static shapes, and the motion begins there
-        linear, rigid = with_joints(linear, _choices(joints)), None
-        built |= rebuilt_bodies(linear, [name for name, advice in joints.items() if advice.choice], silent=True)
-        system, origins = system_with_origins(linear, built)
-    if names or thorough:
-        estimate = estimate_motion(system, duration, rigid)
-        rigid, shortfall = estimate.rigid, estimate.shortfall
-        margins = buckling_margins(rigid, system, origins)
-        assessed = [name for name in system.bodies if name in names or _is_linear(system, name)]
-        advised = strain_advice(system, assessed, margins, estimate, origins, _largest_spin(case))
-        doubts = [strain_doubt(system, origins, advice) for name, advice in advised.items() if name not in names]
-        strains = [doubt for doubt in doubts if doubt.doubt]
-    elif rigid is None and assessed_bodies(system, origins):
+    estimate = None
+    if thorough or open_strains(case) or are_assessable(system, origins):
+        estimate = estimate_motion(system, duration)
+    response = None if estimate is None else estimate.response
+    crafts = crafts_at_lengths(draft, system, origins, duration, response)
+    return FirstCraft(system, origins, duration, estimate, crafts)
+
+
+def _resolve_open_choices(case: Case, thorough: bool, loaded: bool) -> ResolvedCase:
+    names, first = open_strains(case), _first_craft(case, thorough)
+    estimate, origins, duration = first.estimate, first.origins, first.duration
+    joints = joint_choices(case, first.crafts)
+    resolved = with_joints(case, _choices(joints))
+    advised, margins = dict[str, Advice](), dict[str, BucklingMargin]()
+    if estimate is not None and case.initial is not None and (names or thorough):  # the motion begins there
+        started, origins = system_with_origins(linear := _with_linear_strain(resolved), _built_quietly(linear))
+        estimate = estimate_motion(started, duration)
+    if estimate is not None and (names or thorough):
+        system = estimate.model.system
+        margins = buckling_margins(estimate.rigid, system, origins)
+        elastic = [name for name, body in system.bodies.items() if body.n_modes and body.strain_form == "linear"]
+        advised = strain_advice(system, elastic, margins, estimate, origins, _largest_spin(case))
+    chosen = forms_that_exist(resolved, origins, {name: advised[name] for name in names if name in advised})
+    forms: dict[str, Strain] = {name: chosen[name].choice if name in chosen else "linear" for name in names}
+    resolved = with_strains(resolved, forms)
+    built = built_bodies(resolved)
+    system, origins = system_with_origins(resolved, built)
+    rigid, shortfall = (None, "") if estimate is None else (estimate.rigid, estimate.shortfall)
+    if estimate is None and assessed_bodies(system, origins):
         rigid, shortfall = estimate_rigid_motion(system, duration)
-    case = with_joints(case, _choices(joints))
-    if names:
-        chosen = {name: advice for name, advice in advised.items() if name in names}
-        changed, chosen_forms = bodies_with_strain(case, origins, chosen)
-        built |= changed
-        case = with_strains(
-            case, {name: chosen_forms[name].choice if name in chosen_forms else "linear" for name in names}
-        )
-        strains = [*chosen_forms.values(), *strains]
-    joined = [name for name, advice in joints.items() if advice.choice and name not in changed]
-    built |= rebuilt_bodies(case, joined, silent=True)
-    if joined or changed:
-        system, origins = system_with_origins(case, built)
     if loaded and not names and not thorough:
         margins = buckling_margins(rigid, system, origins)
-    advice = [*joints.values(), *strains]
+    others = [name for name in advised if name not in names and _is_linear(system, name)]
+    doubts = [strain_doubt(system, origins, advised[name]) for name in others]
+    advice = [*joints.values(), *chosen.values(), *(entry for entry in doubts if entry.doubt)]
     advice += [Advice(name, subject, None, text) for name, body in built.items() for subject, text in body.notes]
     advice += shape_notes(system.bodies, origins)
     advice += unassessed_bodies(system, origins, rigid, shortfall if rigid is None else rigid.shortfall)
-    advice += unassessed_truncation(system, origins, crafts[0].richer)
+    advice += unassessed_truncation(first.crafts[0])
     advice += buckling_warnings(system, origins, margins)
-    advice += truncation_doubts(case, system, crafts)
-    advice += _large_displacements(case, system)
+    advice += truncation_warnings(first.crafts, case.run.band or 0.0)
+    advice += _large_displacements(resolved, system)
     advice += model_warnings(system, origins, duration)
     known = {name: body.origin for name, body in built.items() if body.origin}
-    return ResolvedCase(case, system, tuple(advice), known)
+    return ResolvedCase(resolved, system, tuple(advice), known)
 
 
 def _with_linear_strain(case: Case) -> Case:
     return with_strains(case, dict.fromkeys(open_strains(case), "linear"))
 
 
-def _first_system(case: Case) -> tuple[Built, System, BodyOrigins, float]:
-    """The bodies of a case as their tables say, their system as it starts, their origins, and the duration [s].
-
-    Raises CaseError with the problems of the bodies and of the loads together.
-    """
-    problems = problems_of_loads(case)
-    try:
-        built = built_bodies(case)
-    except CaseError as error:
-        raise CaseError(case.path.name, [*error.problems, *problems]) from None
-    if problems:
-        raise CaseError(case.path.name, problems)
-    system, origins = system_with_origins(case.model_copy(update={"initial": None}), built)
-    return built, system, origins, duration_of(case, system)
+def _built_quietly(case: Case) -> Built:
+    """The bodies of a case, without warnings: these are issued where the bodies get their strain."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PhysicsWarning)
+        return built_bodies(case)
 
 
 def _choices(advice: Mapping[str, Advice]) -> dict[str, Any]:

@@ -91,9 +91,7 @@ def _reduced_beam(
     Dependent functions are slaved to these.
     """
     xi, weight = gauss(points_for(functions.max_count))
-    offsets, share = section_points(np.array(beam.rz**2), np.array(beam.ry**2), beam.rotary_inertia)
-    dm = np.outer(weight * beam.taper.mass(xi) * beam.mass_per_length * beam.length, share).ravel()
-    rho, shapes = _section_points(beam, xi, offsets), _section_point_motion(beam, functions, xi, offsets)
+    offsets, dm, rho, shapes = _mass_points(beam, functions, xi, weight)
     V1_functions = _stiffness(beam, functions, xi, weight)
     Me = point_moments(dm, rho, shapes).elastic_mass()
     X, omega = _independent_columns(beam, functions, V1_functions, Me, orthonormal)
@@ -133,6 +131,24 @@ def _reduced_beam(
     if not has_followers:
         return body
     return with_stretch_of_slaved(condense(body, range(n, body.n_modes), lambda free: V3), body, n)
+
+
+def beam_fields(beam: UniformBeam, functions: BeamFunctions, xi: Array, orthonormal: bool = True) -> Array:
+    """Displacements and twist (n_xi, 4, n) at xi (n_xi,) [1] per coordinate of `beam_body` with linear strain."""
+    at, weight = gauss(points_for(functions.max_count))
+    _, dm, rho, shapes = _mass_points(beam, functions, at, weight)
+    Me = point_moments(dm, rho, shapes).elastic_mass()
+    X, _ = _independent_columns(beam, functions, _stiffness(beam, functions, at, weight), Me, orthonormal)
+    return np.asarray(functions.fields(xi, 1.0) @ X)
+
+
+def _mass_points(
+    beam: UniformBeam, functions: BeamFunctions, xi: Array, weight: Array
+) -> tuple[Array, Array, Array, Array]:
+    """Offsets (m, 3) of the points of a section; masses, positions and shapes of all points at xi (n_xi,)."""
+    offsets, share = section_points(np.array(beam.rz**2), np.array(beam.ry**2), beam.rotary_inertia)
+    dm = np.outer(weight * beam.taper.mass(xi) * beam.mass_per_length * beam.length, share).ravel()
+    return offsets, dm, _section_points(beam, xi, offsets), _section_point_motion(beam, functions, xi, offsets)
 
 
 def _kinds(functions: BeamFunctions, X: Array, orthonormal: bool) -> tuple[str, ...]:

@@ -58,36 +58,20 @@ Fields = Callable[[Array], Array]
 class Deployed:
     """A deploying member at its initial length, and a function that builds it with more functions.
 
-    functions  its admissible functions
+    requested  (n, k) coordinates of its functions without added static shapes
     fields     displacements [m] and twist (k, m, n) of its n columns at k positions xi along the length; m = 4 (u, v, w
                and twist) for beams and tethers
     richer     builds its body and its fields with a larger set
     """
 
-    functions: object
+    requested: Array
     fields: Fields
     richer: Callable[[], tuple[FlexibleBody, Fields]]
 
 
-@dataclass(frozen=True)
-class LeftOpen:
-    """Choices that the table of a body leaves to femflex.
-
-    strain     the form of strain
-    joints     the static shapes of joints: at_roots at its clamps, elsewhere at other groups
-    roots      mesh groups, or the end, where it is clamped
-    """
-
-    strain: bool = False
-    joints: bool = False
-    at_roots: bool = False
-    elsewhere: bool = False
-    roots: tuple[str, ...] = ()
-
-
 @dataclass(frozen=True, eq=False)
 class Origin:
-    """The source of a body, its open choices, and the remedies that messages suggest for it.
+    """The source of a body, and the remedies that messages suggest for it.
 
     source  None for a body from a file, whose mesh is not known
     bound   the reason why its strain can only be linear; empty if it can be another
@@ -95,6 +79,5 @@ class Origin:
     """
 
     source: Meshed | Analytic | Deployed | None = None
-    open: LeftOpen = LeftOpen()
     bound: str = ""
     remedy: str = "give it strain = 'condensed'"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -36,6 +36,10 @@ class BodyMotion:
     def components(self, motion: ComplexArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         """slide, turn and shape (., k) of motions (m, k), which may be complex."""
         return self.slide @ motion, self.turn @ motion, self.shape @ motion
+
+    def along(self, motion: Array) -> BodyMotion:
+        """The body along other increments, the columns of motion (m, k)."""
+        return replace(self, slide=self.slide @ motion, turn=self.turn @ motion, shape=self.shape @ motion)
 
     def kinetic(self, body: FlexibleBody, motion: ComplexArray) -> Array:
         """Twice the kinetic energy (k,) of a body whose velocities are the motions (m, k), from its mass moments."""

@@ -14,6 +14,7 @@ from scipy.linalg import eigh
 
 from femflex.arrays import Array, BoolArray, IntArray
 from femflex.body import FlexibleBody, StrainTensors
+from femflex.dynamics.equilibria.body_motions import BodyMotion, body_motions
 from femflex.dynamics.equilibria.linearised import free_directions, multipliers, stiffness
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import compile_system
@@ -31,11 +32,15 @@ class RestModes:
     omega   (n,)      [rad/s], 0 for rigid motions
     elastic (n,)      whether bodies deform in them
     shapes  body -> (n_modes, n) elastic coordinates, of motions of mass 1
+    system  the craft that is at rest
+    frames  body -> where its frame is, and how it moves in each motion
     """
 
     omega: Array
     elastic: BoolArray
     shapes: Mapping[str, Array]
+    system: System
+    frames: Mapping[str, BodyMotion]
 
     def relevant(self, count: int, band: float = 0.0) -> IntArray:
         """Numbers of the `count` lowest elastic modes, a close pair at the end whole, and of all below a band [Hz]."""
@@ -45,9 +50,9 @@ class RestModes:
         return numbers[(omega <= (1.0 + CLOSE) * last) | (omega < 2.0 * np.pi * band)]
 
 
-def rest_modes(system: System, bodies: Mapping[str, FlexibleBody] | None = None) -> RestModes:
-    """The natural motions of a system, some of its bodies in other sets if given."""
-    system = _undeformed(system, bodies or {})
+def rest_modes(system: System) -> RestModes:
+    """The natural motions of a system."""
+    system = _undeformed(system)
     model = compile_system(system)
     rest = model.at_rest(model.x0[: model.n_q])
     Z = free_directions(model, 0.0, rest)[1]
@@ -64,7 +69,9 @@ def rest_modes(system: System, bodies: Mapping[str, FlexibleBody] | None = None)
     softest = min((_softest(system.bodies[name]) for name in shapes), default=0.0)
     squares = np.where(squares > RIGID_BELOW**2 * softest, squares, 0.0)
     elastic = (squares > 0.0) & (energy > ELASTIC * squares)
-    return RestModes(np.sqrt(squares), elastic, shapes)
+    moving = body_motions(model, rest)
+    frames = {name: body.along(phi_u) for name, body in moving.items()}
+    return RestModes(np.sqrt(squares), elastic, shapes, system, frames)
 
 
 def _softest(body: FlexibleBody) -> float:
@@ -73,12 +80,12 @@ def _softest(body: FlexibleBody) -> float:
     return float((np.diag(body.strain.V1) / mass).min())
 
 
-def _undeformed(system: System, bodies: Mapping[str, FlexibleBody]) -> System:
+def _undeformed(system: System) -> System:
     """The system with linear strain, undeformed, at rest, with nothing that pushes, pulls or spins it.
 
     Members that deploy have their first lengths.
     """
-    linear = {name: bodies.get(name) or linear_body(body) for name, body in system.bodies.items()}
+    linear = {name: linear_body(body) for name, body in system.bodies.items()}
     varying = {
         name: varying_body
         for name, varying_body in system.varying.items()
