@@ -19,8 +19,8 @@ class Advice:
     """One choice for a body, or one physics warning about it.
 
     body      its name; empty for the whole craft
-    decision  its subject: "mesh", "strain", "shapes", "joints", "stiffening", "bend",
-              "buckling", "truncation", "support", "torque", "inertia", "output", "sampling", "craft"
+    decision  its subject: "mesh", "strain", "shapes", "joints", "stretch", "bend",
+              "compression", "buckling", "truncation", "support", "torque", "inertia", "output", "sampling", "craft"
     choice    the value as written in a case: "condensed", {"TIP": ["z", "ry"]}; None for a warning
     reason    text with both numbers
     value     computed value

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import warnings
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from femflex.advice.advice import Advice, doubt
 from femflex.advice.bodies import BodyOrigins
 from femflex.advice.limits import LINEAR_ABOVE, NONLINEAR_INVALID_ABOVE
 from femflex.advice.remedies import division_remedy
 from femflex.arrays import Array
 from femflex.body.skin import largest_displacements
 from femflex.system import LengthTable
-from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
     from femflex.body import FlexibleBody
@@ -77,24 +77,37 @@ class DeflectionWatch:
         displaced = np.tensordot(self._body.amplitudes(self._delta)[None], self._point_shapes, axes=1)
         return float(largest_displacements(displaced)[0]) / self.size
 
-    def warn(self, verb: str, note: str = "") -> None:
-        """Warn when the body was deflected beyond the limit of its strain form, with both numbers.
-
-        note: earlier note on the body.
-        """
+    def doubt(self, verb: str, note: str = "") -> Advice | None:
+        """A warning where the body was deflected beyond the limit of its strain form; note: an earlier one on it."""
         body = self._body
         limit, change = LINEAR_ABOVE, f"{self.remedy}, "
         if body.strain_form != "linear":
             limit, change = NONLINEAR_INVALID_ABOVE, f"{division_remedy(body)}, "
-        if (reached := self.largest_deflection) > limit:
-            text = f" Before the run: {note}." if note and limit == LINEAR_ABOVE else ""
-            warnings.warn(
-                f"body {self.name!r} {verb} displaced by {reached * self.size:.3g} m, {reached:.0%} of its size of "
-                f"{self.size:.3g} m; {body.strain_form} strain is valid up to about {limit:.0%}. Check stiffness, "
-                f"loads and units, {change}or take the result as an indication only.{text}",
-                PhysicsWarning,
-                stacklevel=3,
-            )
+        if (reached := self.largest_deflection) <= limit:
+            return None
+        text = (
+            f"body {self.name!r} {verb} displaced by {reached * self.size:.3g} m, {reached:.0%} of its size of "
+            f"{self.size:.3g} m; {body.strain_form} strain is valid up to about {limit:.0%}. Check stiffness, "
+            f"loads and units, {change}or take the result as an indication only."
+        ) + (f" Before the run: {note}." if note and limit == LINEAR_ABOVE else "")
+        return doubt(self.name, "bend", text, reached, limit)
+
+
+class DeflectionWatches:
+    """Watches the deflections of all elastic bodies; verb: "was" along a run, "is" at rest; notes: by body."""
+
+    def __init__(self, model: Model, origins: BodyOrigins, verb: str, notes: Mapping[str, str]) -> None:
+        self._watches, self._verb, self._notes = deflection_watches(model, origins), verb, notes
+
+    def watch(self, times: Array, states: Array, channels: Mapping[str, Array]) -> None:
+        """Record the largest deflections over a block of states (n_t, n_x) [SI]."""
+        for watch in self._watches:
+            watch.shape_displacements(states)
+
+    def doubts(self) -> Iterator[Advice]:
+        """Warnings of bodies deflected beyond the limit of their strain form."""
+        doubts = (watch.doubt(self._verb, self._notes.get(watch.name, "")) for watch in self._watches)
+        yield from (entry for entry in doubts if entry is not None)
 
 
 def deflection_watches(model: Model, origins: BodyOrigins | None = None) -> list[DeflectionWatch]:

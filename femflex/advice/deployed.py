@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from femflex.advice.advice import Advice, doubt
 from femflex.advice.limits import SLACK
 from femflex.arrays import Array
 from femflex.dynamics import Model
 from femflex.system import LengthTable
 from femflex.system.length_table import Sections
-from femflex.warning import PhysicsWarning
 
 
 @dataclass
@@ -38,7 +37,7 @@ class SlackWatch:
                 self._sections[name] = table.sections
         self.lowest = {name: LowestTension() for name in self._sections}
 
-    def watch(self, times: Array, channels: Mapping[str, Array]) -> None:
+    def watch(self, times: Array, states: Array, channels: Mapping[str, Array]) -> None:
         """Record the lowest tension over a block of rows (n_t, ...)."""
         for name, lowest in self.lowest.items():
             tension = channels[f"bodies/{name}/tension"]
@@ -49,17 +48,15 @@ class SlackWatch:
                 lowest.relative_position = float(self._sections[name].stations[station])
                 lowest.length = float(channels[f"bodies/{name}/length"][row])
 
-    def warn(self) -> None:
-        """Warn of members whose tension fell below zero, with time, position and value."""
+    def doubts(self) -> Iterator[Advice]:
+        """Warnings of members whose tension fell below zero, with time, position and value."""
         for name, lowest in self.lowest.items():
             if lowest.value < -SLACK * lowest.largest:
-                warnings.warn(
+                text = (
                     f"body {name!r} went slack: at t = {lowest.time:.6g} s its tension is {lowest.value:.4g} N, "
                     f"{lowest.relative_position * lowest.length:.4g} m from the exit (length {lowest.length:.4g} m, "
-                    "largest "
-                    f"tension {lowest.largest:.4g} N). A member without bending stiffness cannot carry compression, "
-                    "but the model does: motion and loads after this time are wrong. Deploy more slowly, brake "
-                    "earlier, or add tension",
-                    PhysicsWarning,
-                    stacklevel=2,
+                    f"largest tension {lowest.largest:.4g} N). A member without bending stiffness cannot carry "
+                    "compression, but the model does: motion and loads after this time are wrong. Deploy more slowly, "
+                    "brake earlier, or add tension"
                 )
+                yield doubt(name, "compression", text, lowest.value, SLACK * lowest.largest)

@@ -10,18 +10,17 @@ it, and a member that is compressed by a large part of that load has large defle
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from femflex.advice.advice import Advice, doubt
 from femflex.advice.limits import BUCKLING_FACTOR, FREQUENCY_CHANGE
 from femflex.arrays import Array
 from femflex.deployment.sections import MemberSections
 from femflex.dynamics import Model
 from femflex.system import LengthTable
-from femflex.warning import PhysicsWarning
 
 
 @dataclass
@@ -47,7 +46,7 @@ class AxialForceWatch:
         self.largest_tension = {name: LargestForce() for name in self._sections}
         self.largest_compression = {name: LargestForce() for name in self._sections}
 
-    def watch(self, times: Array, channels: Mapping[str, Array]) -> None:
+    def watch(self, times: Array, states: Array, channels: Mapping[str, Array]) -> None:
         """Record the largest gains over a block of rows (n_t, ...)."""
         for name, sections in self._sections.items():
             force, length = channels[f"bodies/{name}/tension"] - sections.support, channels[f"bodies/{name}/length"]
@@ -60,42 +59,36 @@ class AxialForceWatch:
                     largest.gain, largest.time = float(gain[row]), float(times[row])
                     largest.length, largest.force = float(length[row]), mean_force(sections, force[row])
 
-    def warn(self) -> None:
-        """Warn of linear members whose first frequency changes by FREQUENCY_CHANGE, and of others near buckling."""
+    def doubts(self) -> Iterator[Advice]:
+        """Warnings of linear members whose first frequency changes by FREQUENCY_CHANGE, and of others near buckling."""
         for name in self._sections:
             if self._condensed[name]:
-                self._warn_of_compressed(name, self.largest_compression[name])
+                yield from self._compressed(name, self.largest_compression[name])
             else:
-                self._warn_of_linear(name, self.largest_tension[name])
-                self._warn_of_linear(name, self.largest_compression[name])
+                yield from self._linear(name, self.largest_tension[name])
+                yield from self._linear(name, self.largest_compression[name])
 
-    def _warn_of_linear(self, name: str, largest: LargestForce) -> None:
+    def _linear(self, name: str, largest: LargestForce) -> Iterator[Advice]:
         change = float(np.sqrt(max(1.0 + largest.gain, 0.0))) - 1.0
         if abs(change) > FREQUENCY_CHANGE:
             verb = "raises" if change > 0.0 else "lowers"
             amount = "to zero" if largest.gain <= -1.0 else f"by {abs(change):.0%}"
-            warnings.warn(
+            text = (
                 f"body {name!r} carries {largest.force:.4g} N along its axis at t = {largest.time:.6g} s (length "
                 f"{largest.length:.4g} m), which {verb} its first frequency {amount} (limit {FREQUENCY_CHANGE:.0%}); "
-                "linear strain "
-                "leaves this out. Give it strain = 'condensed'",
-                PhysicsWarning,
-                stacklevel=2,
+                "linear strain leaves this out. Give it strain = 'condensed'"
             )
+            yield doubt(name, "stretch", text, abs(change), FREQUENCY_CHANGE)
 
-    def _warn_of_compressed(self, name: str, largest: LargestForce) -> None:
+    def _compressed(self, name: str, largest: LargestForce) -> Iterator[Advice]:
         if -largest.gain > 1.0 / BUCKLING_FACTOR:
-            warnings.warn(
+            text = (
                 f"body {name!r} is compressed by {-largest.force:.4g} N along its axis at t = {largest.time:.6g} s "
-                "(length "
-                f"{largest.length:.4g} m): {-largest.gain:.0%} of its buckling load as a cantilever of this length "
-                "(limit "
-                f"{1 / BUCKLING_FACTOR:.0%}). Its deflections are sensitive to small errors, and wrong beyond "
-                "buckling. Lower the "
-                "load, deploy more slowly, or give it more bending stiffness",
-                PhysicsWarning,
-                stacklevel=2,
+                f"(length {largest.length:.4g} m): {-largest.gain:.0%} of its buckling load as a cantilever of this "
+                f"length (limit {1 / BUCKLING_FACTOR:.0%}). Its deflections are sensitive to small errors, and wrong "
+                "beyond buckling. Lower the load, deploy more slowly, or give it more bending stiffness"
             )
+            yield doubt(name, "compression", text, -largest.gain, 1.0 / BUCKLING_FACTOR)
 
 
 def mean_force(sections: MemberSections, force: Array) -> float:

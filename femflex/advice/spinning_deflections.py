@@ -10,20 +10,19 @@ relative error of its stiffness is c b^2 with c = L / 2 r.
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from femflex.advice.advice import Advice, doubt
 from femflex.advice.deflections import DeflectionWatch, deflection_watches
 from femflex.advice.limits import SLOW_RATIO, SPINNING_ERROR
 from femflex.advice.remedies import division_remedy
 from femflex.advice.stiffening import attached_masses, body_rate, lowest_frequency
 from femflex.arrays import Array, IntArray
 from femflex.system import LengthTable
-from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
     from femflex.dynamics import Model
@@ -55,7 +54,7 @@ class SpinningDeflectionWatch:
         self._first = {name: lowest_frequency(system.bodies[name], masses) for name, masses in attached.items()}
         self._worst: dict[str, SpinningDeflection] = {}
 
-    def watch(self, states: Array, channels: Mapping[str, Array]) -> None:
+    def watch(self, times: Array, states: Array, channels: Mapping[str, Array]) -> None:
         """Record the largest error over a block of states (n_t, n_x) [SI] and its channels (n_t, ...)."""
         for body in self._watches:
             rate = np.linalg.norm(body_rate(channels, body.name), axis=1)
@@ -85,19 +84,18 @@ class SpinningDeflectionWatch:
         )
         return np.minimum(COEFFICIENT * ratio**2, limit)
 
-    def warn(self) -> None:
-        """Warn of bodies whose deflection has an estimated error above SPINNING_ERROR."""
+    def doubts(self) -> Iterator[Advice]:
+        """Warnings of bodies whose deflection has an estimated error above SPINNING_ERROR."""
         for name, worst in self._worst.items():
             if worst.error > SPINNING_ERROR:
                 ratio = float(_rate_ratio(np.array(worst.rate), self._first[name]))
                 times = f"{ratio:.2g} times" if ratio < FAST_RATIO else f"over {FAST_RATIO:g} times"
-                warnings.warn(
+                text = (
                     f"body {name!r}, bent by {worst.bend:.0%} of its size, turned at {worst.rate:.4g} rad/s, "
                     f"{times} its first frequency. Condensed strain is of second order in bends: the bend is "
-                    f"up to about {worst.error:.1%} off (limit {SPINNING_ERROR:.0%}). {self._remedy(name)}",
-                    PhysicsWarning,
-                    stacklevel=3,
+                    f"up to about {worst.error:.1%} off (limit {SPINNING_ERROR:.0%}). {self._remedy(name)}"
                 )
+                yield doubt(name, "bend", text, worst.error, SPINNING_ERROR)
 
     def _remedy(self, name: str) -> str:
         table = self._system.varying[name].write if name in self._system.varying else None

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.linalg import eigh
 
+from femflex.advice.advice import Advice, doubt
 from femflex.advice.bodies import BodyOrigins
 from femflex.advice.limits import FREQUENCY_CHANGE, SPIN_SHARE
 from femflex.advice.remedies import division_remedy
@@ -17,7 +17,6 @@ from femflex.arrays import Array
 from femflex.body import FlexibleBody, Foreshortening
 from femflex.rotations import dcm_from_quaternion
 from femflex.system import System
-from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
     from femflex.dynamics import Model
@@ -158,16 +157,16 @@ class LargestGain:
 class StiffeningWatch:
     """Watches the omitted stiffness of bodies with linear strain along a run, and warns of it."""
 
-    def __init__(self, model: Model, origins: BodyOrigins | None = None) -> None:
+    def __init__(self, model: Model, origins: BodyOrigins, verb: str = "turned at up to") -> None:
         self._system = system = model.system
-        self._origins = origins or BodyOrigins({})
+        self._origins, self._verb = origins, verb
         self._omitted = OmittedStiffness(system)
         whole = {piece: whole for whole, pieces in system.segments.items() for piece in pieces}
         self._whole = {name: whole.get(name, name) for name in self._omitted.bodies}
         self._most: dict[str, LargestGain] = {}
         self._least: dict[str, LargestGain] = {}
 
-    def watch(self, channels: Mapping[str, Array]) -> None:
+    def watch(self, times: Array, states: Array, channels: Mapping[str, Array]) -> None:
         """Record the largest and smallest gains over a block of rows (n_t, ...)."""
         for name, gain in self._omitted.gains(channels).items():
             self._record(name, gain, np.linalg.norm(body_rate(channels, name), axis=1))
@@ -180,21 +179,24 @@ class StiffeningWatch:
         if whole not in self._least or gain[low] < self._least[whole].gain:
             self._least[whole] = LargestGain(float(gain[low]), float(spin[low]), name)
 
-    def warn(self, verb: str = "turned at up to") -> None:
-        """Warn of bodies whose first frequency would change by more than FREQUENCY_CHANGE, with both numbers."""
+    def doubts(self) -> Iterator[Advice]:
+        """Warnings of bodies whose first frequency would change by more than FREQUENCY_CHANGE."""
         for whole, largest in self._most.items():
             raised = float(np.sqrt(1.0 + max(largest.gain, 0.0)) - 1.0)
             if raised > FREQUENCY_CHANGE:
                 cut = whole in self._system.segments
                 text = self._segment_text(whole, largest.body) if cut else self._body_text(largest.body, raised)
                 spins = self._is_spin_stiffened(largest)
-                cause = f"{verb} {largest.spin:.4g} rad/s" if spins else "is stretched by loads or weight"
-                self._warn(f"body {whole!r} {cause}: a stiffening of {raised:.0%} of {text}")
+                cause = f"{self._verb} {largest.spin:.4g} rad/s" if spins else "is stretched by loads or weight"
+                text = f"body {whole!r} {cause}: a stiffening of {raised:.0%} of {text}"
+                yield doubt(whole, "stretch", text, raised, FREQUENCY_CHANGE)
         for whole, smallest in self._least.items():
             remaining = float(np.sqrt(max(1.0 + smallest.gain, 0.0)))
             if remaining < 1.0 - FREQUENCY_CHANGE and whole not in self._system.segments:
-                text = self._softening_text(smallest, remaining)
-                self._warn(f"body {whole!r} was compressed, by loads or inertia, {text}")
+                text = (
+                    f"body {whole!r} was compressed, by loads or inertia, {self._softening_text(smallest, remaining)}"
+                )
+                yield doubt(whole, "stretch", text, 1.0 - remaining, FREQUENCY_CHANGE)
 
     def _is_spin_stiffened(self, largest: LargestGain) -> bool:
         """Whether the spin of a body is the cause of its stiffening, rather than loads or weight along it."""
@@ -226,10 +228,6 @@ class StiffeningWatch:
     def _body_text(self, name: str, raised: float) -> str:
         text = self._frequency_text(name, 1.0 + raised)
         return f"its first frequency{text} is left out by linear strain. {self._remedy(name)}."
-
-    @staticmethod
-    def _warn(text: str) -> None:
-        warnings.warn(text, PhysicsWarning, stacklevel=3)
 
     def _segment_text(self, whole: str, name: str) -> str:
         count = len(self._system.segments[whole])

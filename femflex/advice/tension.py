@@ -10,12 +10,12 @@ tension belongs to the loads f0 of the preload. Angular accelerations, and the v
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from femflex.advice.advice import Advice, doubt
 from femflex.advice.bodies import BodyOrigins
 from femflex.advice.limits import SLACK
 from femflex.advice.stiffening import OmittedStiffness
@@ -31,7 +31,6 @@ from femflex.reduction.inertia.accelerations import work_of_accelerations
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.origin import Meshed
 from femflex.system import System
-from femflex.warning import PhysicsWarning
 
 WATCHED_ELEMENTS = 9  # elements of a member that are watched, from its first to its last
 
@@ -67,14 +66,14 @@ class LowestTension:
 class TensionWatch:
     """Watches the tension of tethers and membranes, row by row, and warns where it falls below zero."""
 
-    def __init__(self, model: Model, origins: BodyOrigins | None = None) -> None:
+    def __init__(self, model: Model, origins: BodyOrigins) -> None:
         self._system = model.system
         self._members = [
-            member for name in model.system.order for member in _watched_members(model.system, name, origins or {})
+            member for name in model.system.order for member in _watched_members(model.system, name, origins)
         ]
         self._least: dict[int, LowestTension] = {}
 
-    def watch(self, times: Array, channels: Mapping[str, Array]) -> None:
+    def watch(self, times: Array, states: Array, channels: Mapping[str, Array]) -> None:
         """Record the lowest tension over a block of rows (n_t, ...)."""
         for number, member in enumerate(self._members):
             tension = self.tension(member, channels)
@@ -94,35 +93,28 @@ class TensionWatch:
             stress = stress + _stress_of_coordinates(body, member, delta[:, : body.n_modes])
         return lowest_principal(stress)
 
-    def lowest(self) -> dict[tuple[str, str], LowestTension]:
-        """Lowest tension so far, by body and group of the member."""
-        return {(self._members[k].body, self._members[k].block.group): tension for k, tension in self._least.items()}
-
-    def warn(self) -> None:
-        """Warn of members whose tension fell below zero, with time, position and value."""
+    def doubts(self) -> Iterator[Advice]:
+        """Warnings of members whose tension fell below zero, with time, position and value."""
         for number, lowest in self._least.items():
             member = self._members[number]
-            s = len(member.block.linear_map)
-            if lowest.value < -SLACK * float(np.abs(member.block.stress).max()):
+            s, limit = len(member.block.linear_map), SLACK * float(np.abs(member.block.stress).max())
+            if lowest.value < -limit:
                 state = "slack" if s == 1 else "wrinkled"
                 position = ", ".join(f"{c:.4g}" for c in lowest.position)
-                warnings.warn(
+                text = (
                     f"body {member.body!r}: its {member.block.family} on group {member.block.group!r} went {state} at "
-                    "t = "
-                    f"{lowest.time:.6g} s near ({position}): its {PRINCIPAL[s]} falls to {lowest.value:.4g} "
-                    f"{UNITS[s]}, below "
-                    "zero, and the model carries that compression. Raise the tension, or lower the load against it",
-                    PhysicsWarning,
-                    stacklevel=2,
+                    f"t = {lowest.time:.6g} s near ({position}): its {PRINCIPAL[s]} falls to {lowest.value:.4g} "
+                    f"{UNITS[s]}, below zero, and the model carries that compression. Raise the tension, or lower the "
+                    "load against it"
                 )
+                yield doubt(member.body, "compression", text, lowest.value, limit)
 
 
-def _watched_members(system: System, name: str, origins: Mapping[str, object]) -> list[WatchedMember]:
+def _watched_members(system: System, name: str, origins: BodyOrigins) -> list[WatchedMember]:
     """The watched members of a body whose structure is known."""
-    origin = getattr(origins.get(name), "origin", None)
-    if origin is None or not isinstance(origin.source, Meshed):
+    source = origins[name].origin.source if name in origins else None
+    if not isinstance(source, Meshed):
         return []
-    source: Meshed = origin.source
     members, part = [], -1
     for block, place in zip(source.structure.strain, source.structure.places, strict=True):
         part += place is not None

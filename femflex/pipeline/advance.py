@@ -9,12 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from femflex.advice.deployed import SlackWatch
-from femflex.advice.deployed_bending import AxialForceWatch
+from femflex.advice.advice import advice_text, warn_of
 from femflex.advice.energy_watch import EnergyWatch
-from femflex.advice.spinning_deflections import SpinningDeflectionWatch
-from femflex.advice.stiffening import StiffeningWatch
-from femflex.advice.tension import TensionWatch
+from femflex.advice.watches import Watches
 from femflex.pipeline.guard import MotionGuard, Singularities, first_fault, warn_of_passage
 from femflex.pipeline.thruster_levels import ThrusterLevels
 
@@ -46,10 +43,9 @@ def integrate(
     from femflex.integrate import IntegrationError
     from femflex.results.interrupts import without_interrupts
 
-    model, body_origins = prepared.model.for_run(), prepared.resolved.body_origins
-    guard, singularities = MotionGuard(model, body_origins, prepared.resolved.notes), Singularities(model)
-    stiffening, tension = StiffeningWatch(model, body_origins), TensionWatch(model, body_origins)
-    slack, axial, spinning = SlackWatch(model), AxialForceWatch(model), SpinningDeflectionWatch(model)
+    model, resolved = prepared.model.for_run(), prepared.resolved
+    watches = Watches(model, resolved.body_origins, resolved.notes)
+    guard, singularities = MotionGuard(model), Singularities(model)
     energy, levels = EnergyWatch(model), ThrusterLevels(model)
     if model.constraints is not None:
         model.constraints.reset_passage_notes()
@@ -73,11 +69,7 @@ def integrate(
                     with without_interrupts():
                         writer.write_block(times, channels | stresses.values(channels), after)
                     singularities.watch(times, channels)
-                    stiffening.watch(channels)
-                    tension.watch(times, channels)
-                    slack.watch(times, channels)
-                    axial.watch(times, channels)
-                    spinning.watch(last.states[: len(times)], channels)
+                    watches.watch(times, last.states[: len(times)], channels)
                     energy.watch(channels)
                     levels.watch(times, channels)
                     written = float(times[-1])
@@ -89,19 +81,16 @@ def integrate(
             if channels := _last_channels(failed, model):
                 singularities.watch(failed.times[-1:], channels)
                 if all(np.isfinite(value).all() for value in channels.values()):
-                    stiffening.watch(channels)
+                    watches.watch(failed.times[-1:], failed.states[-1:], channels)
             singularities.warn()
-            stiffening.warn()  # what linear strain leaves out is the first cause of a motion that runs away
+            stretched = [entry for entry in watches.doubts() if entry.decision == "stretch"]
+            warn_of(stretched)  # what linear strain leaves out is the first cause of a motion that runs away
             raise _failure_in_file(failed, writer, model, written, stresses) from failed.__cause__
-        writer.finish(True, "reached the end", _statistics(last))
-    guard.warn()
+        doubts = watches.doubts()
+        writer.finish(True, "reached the end", _statistics(last), advice_text(doubts))
+    warn_of(doubts)
     singularities.warn()
     warn_of_passage(model)
-    stiffening.warn()
-    tension.warn()
-    slack.warn()
-    axial.warn()
-    spinning.warn()
     levels.warn()
     energy.warn()
 
@@ -127,7 +116,6 @@ def _writer(
 
 def _attributes(prepared: Prepared) -> dict[str, str]:
     """Attributes of the result file: what was run, and how."""
-    from femflex.advice.advice import advice_text
     from femflex.pipeline.inputs import inputs_text
     from femflex.pipeline.prepared import sampling
 

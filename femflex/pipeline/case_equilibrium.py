@@ -9,10 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.advice.advice import advice_text, warn_of
-from femflex.advice.deflections import deflection_watches
-from femflex.advice.deployed_bending import AxialForceWatch
-from femflex.advice.spinning_deflections import SpinningDeflectionWatch
-from femflex.advice.stiffening import StiffeningWatch
+from femflex.advice.watches import Watches
 
 if TYPE_CHECKING:
     from femflex.case import Case
@@ -74,20 +71,10 @@ def _resolve_open_choices(case: Case | ResolvedCase, bodies: Mapping[str, Part] 
 
 def _warn(state: Equilibrium, resolved: ResolvedCase, at: float | None) -> None:
     """Warn of bodies with deflections or axial forces beyond the limits of their strain form."""
-    body_origins, notes = resolved.body_origins, resolved.notes
-    for watch in deflection_watches(state.model, body_origins):
-        watch.shape_displacements(state.x[None])
-        watch.warn("is", notes.get(watch.name, ""))
-    stiffening = StiffeningWatch(state.model, body_origins)
+    watches = Watches(state.model, resolved.body_origins, resolved.notes, at_rest=True)
     channels = state.model.observe(np.zeros(1), state.x[None])
-    stiffening.watch(channels)
-    stiffening.warn("turns at")
-    axial = AxialForceWatch(state.model)
-    axial.watch(np.array([at or 0.0]), channels)
-    axial.warn()
-    spinning = SpinningDeflectionWatch(state.model)
-    spinning.watch(state.x[None], channels)
-    spinning.warn()
+    watches.watch(np.array([at or 0.0]), state.x[None], channels)
+    warn_of(watches.doubts())
 
 
 def write_equilibrium(

@@ -1,4 +1,4 @@
-"""Monitors of a run: divergence, large deflections, and angles near a singularity."""
+"""Monitors of a run: divergence, and angles near a singularity."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from femflex.advice.bodies import BodyOrigins
 from femflex.advice.deflections import DeflectionWatch, deflection_watches
 from femflex.advice.limits import DIVERGENCE_RATIO, SINGULARITY_DISTANCE, STRETCHING_RATIO, ZERO_RATE
 from femflex.arrays import Array
@@ -29,16 +28,14 @@ LARGEST_SLIDE = 1e7  # m, of bodies of one craft from one another; the longest t
 
 
 class MotionGuard:
-    """Stops a run whose rates or elastic displacements no craft reaches, and warns of large deflections.
+    """Stops a run whose rates or elastic displacements no craft reaches.
 
     An unstable or overloaded motion grows with ever smaller steps for a long time before its numbers overflow; the
     model is invalid long before.
     """
 
-    def __init__(
-        self, model: Model, origins: BodyOrigins | None = None, notes: Mapping[str, str] | None = None
-    ) -> None:
-        self._model, self._notes = model, notes or {}
+    def __init__(self, model: Model) -> None:
+        self._model = model
         units = [unit for _, unit in model.system.velocity_names()]
         self._names = [name for name, _ in model.system.velocity_names()]
         self._units = units
@@ -48,7 +45,7 @@ class MotionGuard:
             for joint, iq, _ in joint_places(model.system)
             for k in range(len(joint.translations) if joint.parent is not None else 0)
         ]
-        self._deflections = deflection_watches(model, origins)
+        self._deflections = deflection_watches(model)
 
     def divergence(self, block: Block) -> IntegrationError | None:
         """The error about the first row of a block that diverges, or about the state after it; None without one."""
@@ -152,11 +149,6 @@ class MotionGuard:
         """The model's diagnosis of a row that diverges, or the advice given where it has none."""
         diagnosis = self._model.diagnosis(float(block.times[row]), block.states[row])[0]
         return f"{diagnosis[:1].upper()}{diagnosis[1:]}." if diagnosis else f"{advice}."
-
-    def warn(self) -> None:
-        """Warn of bodies deflected beyond the limit of their strain form, with both numbers."""
-        for watch in self._deflections:
-            watch.warn("was", self._notes.get(watch.name, ""))
 
 
 def first_fault(model: Model, channels: Mapping[str, Array], block: Block) -> IntegrationError | None:

@@ -8,7 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from femflex.advice.advice import warn_of
 from femflex.advice.advise import advise
+from femflex.advice.bodies import BodyOrigins
+from femflex.advice.watches import Watches
 from femflex.arrays import Array
 from femflex.dynamics import Model, compile_system
 from femflex.integrate import Block, Solution
@@ -94,9 +97,11 @@ def simulate(
             yield block
 
     motion = collected(blocks(), None, model.n_x)
-    guard.warn()
     channels = model.observe(motion.times, motion.states)
     last = Block(motion.times, motion.states, motion.resume)
     if (overflow := first_fault(model, channels, last)) is not None:
         raise overflow
+    watches = Watches(model, BodyOrigins({}))
+    watches.watch(motion.times, motion.states, channels)
+    warn_of(entry for entry in watches.doubts() if entry.decision == "bend")  # `advise` has judged the stretch
     return Simulation(model, motion, channels, reason)

@@ -16,6 +16,7 @@ OPTIONAL = ("case_path", "integrator", "without", "varying", "effectors")  # tex
 TABLES = {
     "inputs": ("values", "files", "length"),
     "advice": (),
+    "watches": (),
 }  # optional JSON texts and their required keys
 GROUPS = ("model", "statistics", "versions")
 WIDTHS = {"position": 3, "attitude": 4, "rate": 3, "velocity": 3, "deflection": 3}  # of channels of bodies and markers

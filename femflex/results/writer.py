@@ -117,14 +117,17 @@ class RunWriter:
         except (OSError, RuntimeError) as error:
             raise self._write_error(error) from error
 
-    def finish(self, complete: bool, ended: str = "", statistics: Mapping[str, Any] | None = None) -> None:
+    def finish(
+        self, complete: bool, ended: str = "", statistics: Mapping[str, Any] | None = None, watches: str = ""
+    ) -> None:
         """Close the file, trimmed to its valid rows, saying how the run ended; a run without a block leaves no file.
 
+        watches: JSON text of the warnings of the run's watches
         A run with numbers that are not finite is never marked complete; `ended` then says which they are.
         """
         if self._not_finite:
             complete, ended = False, "; ".join(filter(None, [ended, self._not_finite]))
-        ending = {"complete": bool(complete), "ended": ended}
+        ending = {"complete": bool(complete), "ended": ended} | ({"watches": watches} if watches else {})
         try:
             if self._file is not None and self.rows:
                 self._conclude(ending, statistics or {})

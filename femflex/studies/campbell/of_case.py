@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from femflex.advice.advice import warn_of
 from femflex.advice.stiffening import StiffeningWatch
 from femflex.arrays import Array
 from femflex.case import Case, read_case
@@ -72,8 +73,8 @@ def warn_of_ignored_stiffening(resolved: ResolvedCase, spin: Array, x: Array) ->
     """Warn of bodies with linear strain that a steady spin (3,) [rad/s] would stiffen."""
     model = compile_system(replace(resolved.system, frame=frame_of(spin, float(np.linalg.norm(spin)))))
     guard = StiffeningWatch(model, resolved.body_origins)
-    guard.watch(model.observe(np.zeros(1), x[None]))
-    guard.warn()
+    guard.watch(np.zeros(1), x[None], model.observe(np.zeros(1), x[None]))
+    warn_of(guard.doubts())
 
 
 def table_of(case: Case) -> CampbellTable:
