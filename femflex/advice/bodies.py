@@ -8,17 +8,17 @@ from functools import cached_property
 
 import numpy as np
 
-from femflex.advice.buckling.applied_load import BucklingModel
-from femflex.advice.buckling.beam import BeamBuckling
-from femflex.advice.buckling.buckling_analysis import BucklingAnalysis
-from femflex.advice.buckling.structure import StructureBuckling
-from femflex.advice.residual import ResolvedBody, resolved_body
 from femflex.body import FlexibleBody
 from femflex.fem.deflected import tension_blocks
 from femflex.reduction.large_deflection.curvature import hardening, least_stiffness_ratio, mesh_rise
 from femflex.reduction.origin import Analytic, Meshed, Origin
 from femflex.reduction.preload.equilibrium import is_preloaded
 from femflex.reduction.reduce import MOST_COORDINATES
+from femflex.reduction.resolved_body import ResolvedBody, resolved_body
+from femflex.reduction.static_buckling.applied_load import BucklingModel
+from femflex.reduction.static_buckling.beam import BeamBuckling
+from femflex.reduction.static_buckling.buckling_analysis import BucklingAnalysis
+from femflex.reduction.static_buckling.structure import StructureBuckling
 
 
 @dataclass(frozen=True, eq=False)

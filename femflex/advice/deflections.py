@@ -10,7 +10,7 @@ import numpy as np
 
 from femflex.advice.advice import Advice, doubt
 from femflex.advice.bodies import BodyOrigins
-from femflex.advice.limits import LINEAR_ABOVE, NONLINEAR_INVALID_ABOVE
+from femflex.advice.limits import BLOCK_NUMBERS, LINEAR_ABOVE, MANY_POINTS, MIXTURES, NONLINEAR_INVALID_ABOVE, TINY
 from femflex.advice.remedies import division_remedy
 from femflex.arrays import Array
 from femflex.body.skin import largest_displacements
@@ -24,9 +24,6 @@ if TYPE_CHECKING:
 # For each body watched before: displacements of its points, its size, the largest displacement of each shape, and the
 # displacements of the few points among which the largest one is sought.
 CACHED_SHAPES: WeakKeyDictionary[FlexibleBody, tuple[Array, float, Array, Array]] = WeakKeyDictionary()
-MANY_POINTS, MIXTURES = 800, 60  # points spread over a body; mixtures of its shapes, whose farthest points are added
-TINY = 1e-300  # m, instead of the size of a shape that moves nothing
-BLOCK_NUMBERS = 2_000_000  # numbers that the displacements of all points in some rows may take at once
 
 
 class DeflectionWatch:

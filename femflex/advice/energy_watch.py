@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from femflex.advice.limits import ENERGY_CHANGE
+from femflex.advice.limits import ENERGY_CHANGE, NO_ENERGY
 from femflex.arrays import Array
 from femflex.dynamics import Model
 from femflex.dynamics.effectors.states import keeps_momentum
@@ -18,7 +18,6 @@ from femflex.system import Effector, System
 from femflex.warning import PhysicsWarning
 
 ENERGIES = ("kinetic", "elastic", "spring", "load")  # the change of the energy is relative to the largest of these
-NOTHING = 1e-30  # J: rounding
 
 
 class EnergyWatch:
@@ -43,7 +42,7 @@ class EnergyWatch:
 
     def warn(self) -> None:
         """Warn of a change by more than ENERGY_CHANGE of the largest energy, with both numbers."""
-        if self._change > ENERGY_CHANGE * self._size > NOTHING:
+        if self._change > ENERGY_CHANGE * self._size > NO_ENERGY:
             quantity = self._path.split("/")[1]
             warnings.warn(
                 f"the {quantity} of the craft changed by {self._change:.3g} J, {self._change / self._size:.1%} of its "

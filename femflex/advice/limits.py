@@ -20,9 +20,8 @@ SPINNING_ERROR = 0.01  # estimated relative error of the deflection of a spinnin
 SLOW_RATIO = 0.15  # rate over first frequency below which condensed strain errs negligibly in a spinning body
 STRETCHING_RATIO = 30.0  # frequency of a shape over the first above which it is a stretching mode of a slender body
 DIVERGENCE_RATIO = 10.0  # elastic displacement over the body's size, or present length, above which the motion diverges
-NONLINEAR_INVALID_ABOVE = (
-    0.2  # as LINEAR_ABOVE, for other strain: curvature is linear, a cantilever's tip 3 % off there
-)
+# As LINEAR_ABOVE, for other strain: curvature is linear, a cantilever's tip 3 % off there
+NONLINEAR_INVALID_ABOVE = 0.2
 
 # Buckling
 BUCKLING_FACTOR = 4.0  # buckling load over load: above it a body loses at most a sixteenth of its stiffness to bending
@@ -32,9 +31,6 @@ CONDENSED_INVALID_ABOVE = 0.9
 SINGLE_LOAD_SHARE = 0.95  # of the total ratio above which a single load is reported as the cause
 LISTED_SHARE = 0.05  # of the total ratio above which a load is listed
 
-LARGE_BUCKLED_DEFLECTION = 0.25  # deflection at the buckling load over size above which linear buckling does not apply
-# Ratio at the worst instant over that at the largest load, above which the latter is not assessed
-CLEARLY_LARGER = 1.02
 SLACK = 1e-3  # of the largest tension: compression below the accuracy of its estimate
 
 # Curved bodies that may snap
@@ -70,3 +66,49 @@ ORBIT_CHANGE = 1e-6  # of the orbital speed, 8 mm/s: largest change by loads on 
 # Cost of the preliminary rigid-body simulation
 MOST_RATES = 200_000  # evaluations of the rate: up to a second
 MANY_COORDINATES = 400  # coordinates up to which the elastic response is computed
+
+# Places at which bends are sought
+MANY_POINTS, MIXTURES = 800, 60  # points spread over a body; mixtures of its shapes, whose farthest points are added
+TINY = 1e-300  # m, instead of the size of a shape that moves nothing
+BLOCK_NUMBERS = 2_000_000  # numbers that the displacements of all points in some rows may take at once
+
+# Preliminary rigid-body simulation
+ESTIMATE_RTOL = 1e-6  # of the rigid motion
+ESTIMATE_ROWS = 2000  # instants, uniform over the run
+LOOP_FACTOR = 4  # times fewer instants for a system with loops, which are solved at each
+PER_PERIOD = 12  # instants for each period of prescribed sines
+MOST_ROWS = 12_000
+PARTS = 64  # the motion is computed part by part, until MOST_RATES rates are spent
+
+# Tethers and membranes
+WATCHED_ELEMENTS = 9  # elements of a member that are watched, from its first to its last
+
+# Bends of spinning bodies
+SPINNING_COEFFICIENT, MAX_SPINNING_COEFFICIENT = 0.42, 0.9  # c over (rate / first frequency)^2, and the largest c
+# Largest rate over first frequency; the latter is 0 for a wire, and c is SPINNING_COEFFICIENT FAST_RATIO^2
+FAST_RATIO = 10.0
+
+# Energy
+NO_ENERGY = 1e-30  # J: rounding
+
+# Bends
+LARGE_DISPLACEMENT = 0.1  # displacement over length above which linear strain is doubtful
+
+# Divergence
+LARGEST_RATES = {"rad/s": 1e5, "m/s": 3e6}  # ten times what flywheels reach; a hundredth of the speed of light
+LARGEST_SLIDE = 1e7  # m, of bodies of one craft from one another; the longest tethers have reached 3e4 m
+
+# Commands
+FULL_THRUST = 1.01  # level above which a command is taken for one in another unit, or for more than full thrust
+
+# Size of a run
+MOST_OUTPUT_ROWS = 10**8  # more output rows than this are a mistake
+
+# Controllers
+MOST_CALLS = 1e7  # of a controller or sensor in a run: at 0.2 ms each, half an hour
+
+# Models built again
+SAME_MODEL = 1e-6  # relative; energies of the rebuilt model and of the file
+
+# Resumed runs
+SAME_TIME = 1e-12  # relative: rounding of an output time

@@ -11,7 +11,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from femflex.advice.limits import MANY_COORDINATES, MOST_RATES
+from femflex.advice.limits import (
+    ESTIMATE_ROWS,
+    ESTIMATE_RTOL,
+    LOOP_FACTOR,
+    MANY_COORDINATES,
+    MOST_RATES,
+    MOST_ROWS,
+    PARTS,
+    PER_PERIOD,
+)
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.dynamics import Model, compile_system
@@ -27,13 +36,7 @@ from femflex.system import System
 Motion = tuple[Array, Array]  # times (n_t,) and states (n_t, n_x)
 
 SINGULAR = "a matrix of the model is singular or not finite"  # instead of the message of a library
-RTOL = 1e-6  # of the rigid motion
-ROWS = 2000  # instants, uniform over the run
-LOOP_FACTOR = 4  # times fewer instants for a system with loops, which are solved at each
-PER_PERIOD = 12  # instants for each period of prescribed sines
-MOST_ROWS = 12_000
 RESPONSE_TIMES = np.arange(1, 9) / 8  # periods of the slowest vibration, after each jump of a load
-PARTS = 64  # the motion is computed part by part, until MOST_RATES rates are spent
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,13 +129,13 @@ def estimate_times(model: Model, end: float) -> Array:
         profile.sines[:, 1].max(initial=0.0) for joint in model.system.joints for profile in joint.prescribed.values()
     ]
     turns = max(sines, default=0.0) * end / (2.0 * np.pi)
-    rows = ROWS if model.constraints is None else ROWS // LOOP_FACTOR
+    rows = ESTIMATE_ROWS if model.constraints is None else ESTIMATE_ROWS // LOOP_FACTOR
     times = np.linspace(0.0, end, int(np.clip(PER_PERIOD * turns, rows, MOST_ROWS)))
     jumps = model.breaks[(model.breaks >= 0.0) & (model.breaks < end)]
-    jumps = jumps[:: max(1, len(jumps) // ROWS)]
+    jumps = jumps[:: max(1, len(jumps) // ESTIMATE_ROWS)]
     period = slowest_period(model)
     near_jumps = [jumps - 1e-9 * end, jumps, jumps + 1e-9 * end, (jumps[1:] + jumps[:-1]) / 2]
-    if len(jumps) < ROWS // len(RESPONSE_TIMES):
+    if len(jumps) < ESTIMATE_ROWS // len(RESPONSE_TIMES):
         near_jumps.append((np.append(jumps, 0.0)[:, None] + period * RESPONSE_TIMES).ravel())
     all_times = np.unique(np.concatenate([times, *near_jumps]))
     return all_times[(all_times >= 0.0) & (all_times <= end)]
@@ -154,7 +157,7 @@ def _rigid_motion_at(rigid: Model, times: Array) -> tuple[Motion, str]:
     if not rigid.n_x:
         return (times, np.zeros((len(times), 0))), ""
     sizes = rigid.motion_scales(rigid.x0, float(times[0]), float(times[-1]))
-    method = Dop853(rtol=RTOL, atol=ABSOLUTE * RTOL * sizes)
+    method = Dop853(rtol=ESTIMATE_RTOL, atol=ABSOLUTE * ESTIMATE_RTOL * sizes)
     parts: list[Motion] = []
     resume = None
     for part in np.array_split(times, PARTS):

@@ -18,7 +18,7 @@ import numpy as np
 
 from femflex.advice.advice import Advice, doubt
 from femflex.advice.deflections import DeflectionWatch, deflection_watches
-from femflex.advice.limits import SLOW_RATIO, SPINNING_ERROR
+from femflex.advice.limits import FAST_RATIO, MAX_SPINNING_COEFFICIENT, SLOW_RATIO, SPINNING_COEFFICIENT, SPINNING_ERROR
 from femflex.advice.remedies import division_remedy
 from femflex.advice.stiffening import attached_masses, body_rate, lowest_frequency
 from femflex.arrays import Array, IntArray
@@ -26,10 +26,6 @@ from femflex.system import LengthTable
 
 if TYPE_CHECKING:
     from femflex.dynamics import Model
-
-
-COEFFICIENT, MAX_COEFFICIENT = 0.42, 0.9  # c over (rate / first frequency)^2, and the largest c
-FAST_RATIO = 10.0  # largest rate over first frequency; the latter is 0 for a wire, and c is COEFFICIENT FAST_RATIO^2
 
 
 @dataclass(frozen=True)
@@ -79,10 +75,10 @@ class SpinningDeflectionWatch:
         lever = np.linalg.norm(position[rows] - axis, axis=1)
         limit = np.where(
             ratio < FAST_RATIO,
-            MAX_COEFFICIENT,
-            np.maximum(MAX_COEFFICIENT, body.size / np.maximum(2.0 * lever, 1e-300)),
+            MAX_SPINNING_COEFFICIENT,
+            np.maximum(MAX_SPINNING_COEFFICIENT, body.size / np.maximum(2.0 * lever, 1e-300)),
         )
-        return np.minimum(COEFFICIENT * ratio**2, limit)
+        return np.minimum(SPINNING_COEFFICIENT * ratio**2, limit)
 
     def doubts(self) -> Iterator[Advice]:
         """Warnings of bodies whose deflection has an estimated error above SPINNING_ERROR."""

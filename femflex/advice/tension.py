@@ -17,7 +17,7 @@ import numpy as np
 
 from femflex.advice.advice import Advice, doubt
 from femflex.advice.bodies import BodyOrigins
-from femflex.advice.limits import SLACK
+from femflex.advice.limits import SLACK, WATCHED_ELEMENTS
 from femflex.advice.stiffening import OmittedStiffness
 from femflex.arrays import Array, BoolArray, IntArray
 from femflex.body import FlexibleBody, Foreshortening
@@ -31,8 +31,6 @@ from femflex.reduction.inertia.accelerations import work_of_accelerations
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.origin import Meshed
 from femflex.system import System
-
-WATCHED_ELEMENTS = 9  # elements of a member that are watched, from its first to its last
 
 
 @dataclass(frozen=True, eq=False)

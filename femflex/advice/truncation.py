@@ -10,7 +10,7 @@ and of each mode that the run excites. Without it such a frequency rises by half
 boom stores no energy, and its static shape would be the craft's one stiff coordinate. A root that cannot move needs no
 static shapes.
 
-The truncation error of the craft is that of the same modes, from the residual of each body (`advice.residual`).
+The truncation error of the craft is that of the same modes, from the residual of each body (`reduction.resolved_body`).
 """
 
 from __future__ import annotations
@@ -23,7 +23,6 @@ import numpy as np
 
 from femflex.advice.advice import Advice, doubt
 from femflex.advice.bodies import BodyOrigins
-from femflex.advice.joint_loads import joint_loads, joint_markers
 from femflex.advice.limits import (
     ENERGY_SHARE,
     EXCITATION_SHARE,
@@ -34,9 +33,9 @@ from femflex.advice.limits import (
     ROUNDING,
 )
 from femflex.advice.motion_estimate import SINGULAR
-from femflex.advice.residual import marker_loads, root_loads
 from femflex.arrays import Array
 from femflex.dynamics.equilibria.elastic_response import ElasticResponse
+from femflex.dynamics.equilibria.joint_loads import joint_loads, joint_markers
 from femflex.dynamics.equilibria.rest_modes import CLOSE, RestModes, rest_modes
 from femflex.reading import error_text
 from femflex.reduction.boundary.rigid import DIRECTIONS
@@ -157,8 +156,8 @@ def _loads_at(craft: CraftModes, name: str, places: Collection[str]) -> dict[Pla
     assert craft.modes is not None
     body, origin = craft.modes.system.bodies[name], craft.origins[name]
     markers = sorted(joint_markers(craft.system).get(name, ()))
-    by_group = {origin.place(body, marker): marker_loads(body, marker) for marker in markers}
-    by_group[origin.root] = root_loads(body) * (not _has_fixed_root(craft.system, name))
+    by_group = {origin.place(body, marker): body.marker(marker).loads for marker in markers}
+    by_group[origin.root] = body.moments.acceleration_loads() * (not _has_fixed_root(craft.system, name))
     by_group = {group: loads for group, loads in by_group.items() if group in places}
     if not isinstance(origin.origin.source, Meshed):
         return {(end, ""): loads for end, loads in by_group.items()}

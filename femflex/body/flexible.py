@@ -127,6 +127,11 @@ class FlexibleBody(Summarised):
             self._with_shapes(np.arange(self.n_modes), self.n_modes, np.zeros((0, 0, 0))) if len(self.slaves) else self
         )
 
+    def with_linear_strain(self) -> FlexibleBody:
+        """The body with linear strain, without the shapes that are slaved to others."""
+        body = self.without_slaves()
+        return replace(body, strain=StrainTensors.linear(body.strain.V1))
+
     def _with_shapes(self, shapes: IntArray, n: int, slaves: Array) -> FlexibleBody:
         moments, z = self.moments, np.concatenate([[0], 1 + shapes])
         return replace(

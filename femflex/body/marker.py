@@ -36,6 +36,11 @@ class Marker:
         zero = np.zeros((3, n_modes))
         return cls(np.asarray(position, float), zero, zero, np.eye(3) if orientation is None else orientation)
 
+    @property
+    def loads(self) -> Array:
+        """Work (n, 6) of unit forces and moments at the point on the shapes, body axes."""
+        return np.vstack([self.phi, self.psi]).T
+
     def rotation_vector(self, delta: Array) -> Array:
         """Rotation vector of the point (..., 3) at amplitudes delta (..., n) of all shapes.
 

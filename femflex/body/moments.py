@@ -43,5 +43,11 @@ class MassMoments:
         """Elastic mass Me[k, l] = P[k, a, l, a], (n, n)."""
         return np.einsum("kala->kl", self.second[1:, :, 1:, :])
 
+    def acceleration_loads(self) -> Array:
+        """Work (n, 6) of the inertia of unit accelerations of the body frame, linear then angular, on the shapes."""
+        Q = self.second[0][:, 1:]
+        angular = [Q[b, :, c] - Q[c, :, b] for b, c in ((1, 2), (2, 0), (0, 1))]  # int r x phi dm
+        return np.column_stack([self.first[1:], *angular])
+
     def _extended(self, delta: Array | None) -> Array:
         return np.concatenate([[1.0], np.zeros(self.n_modes) if delta is None else np.asarray(delta, float)])

@@ -25,6 +25,7 @@ from femflex.advice.buckling.margin import (
     unassessed_bodies,
 )
 from femflex.advice.curved import shape_notes
+from femflex.advice.limits import LARGE_DISPLACEMENT
 from femflex.advice.model_warnings import model_warnings
 from femflex.advice.motion_estimate import MotionEstimate, estimate_motion, estimate_rigid_motion
 from femflex.advice.strain import strain_advice
@@ -47,8 +48,6 @@ from femflex.pipeline.start import system_of
 from femflex.reduction.origin import Origin
 from femflex.system import Part, System
 from femflex.warning import PhysicsWarning
-
-LARGE_DISPLACEMENT = 0.1  # displacement over length above which linear strain is doubtful
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.advice.deflections import DeflectionWatch, deflection_watches
-from femflex.advice.limits import DIVERGENCE_RATIO, SINGULARITY_DISTANCE, STRETCHING_RATIO, ZERO_RATE
+from femflex.advice.limits import (
+    DIVERGENCE_RATIO,
+    LARGEST_RATES,
+    LARGEST_SLIDE,
+    SINGULARITY_DISTANCE,
+    STRETCHING_RATIO,
+    ZERO_RATE,
+)
 from femflex.arrays import Array
 from femflex.dynamics.joints.places import joint_places
 from femflex.rotations import dcm_from_quaternion
@@ -19,12 +26,6 @@ from femflex.warning import PhysicsWarning
 if TYPE_CHECKING:
     from femflex.dynamics import Model
     from femflex.integrate import Block, IntegrationError
-
-
-LARGEST_RATES = {"rad/s": 1e5, "m/s": 3e6}  # ten times what flywheels reach; a hundredth of the speed of light
-
-
-LARGEST_SLIDE = 1e7  # m, of bodies of one craft from one another; the longest tethers have reached 3e4 m
 
 
 class MotionGuard:

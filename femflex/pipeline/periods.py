@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+from femflex.advice.limits import MOST_CALLS
 from femflex.system import System
-
-MOST_CALLS = 1e7  # of a controller or sensor in a run: at 0.2 ms each, half an hour
 
 
 def check_periods(system: System, duration: float) -> None:

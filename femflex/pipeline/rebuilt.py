@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from femflex.advice.limits import SAME_MODEL
+
 if TYPE_CHECKING:
     from femflex.dynamics import Model
     from femflex.results import Run
     from femflex.system import Variation
 
-AGREED = 1e-6  # relative; energies of the rebuilt model and of the file
 STATES = ("q", "u", "z")
 CHECKED = ("monitors/kinetic", "monitors/elastic")
 
@@ -87,7 +88,9 @@ def check_agreement(run: Run, model: Model) -> None:
         channels = model.observe(run.read("time", last), run.states(last))
         checked = [path for path in CHECKED if path in channels and path in run]
         size = max((float(np.abs(run[path]).max()) for path in checked), default=0.0)
-        same = all(np.allclose(channels[path], run.read(path, last), rtol=AGREED, atol=1e-9 * size) for path in checked)
+        same = all(
+            np.allclose(channels[path], run.read(path, last), rtol=SAME_MODEL, atol=1e-9 * size) for path in checked
+        )
     if not same:
         raise ValueError(
             f"the model built again from the case text of {run.path} is not the one that made it: "

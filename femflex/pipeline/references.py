@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
+from femflex.advice.limits import MOST_OUTPUT_ROWS
 from femflex.case.case import Case
 from femflex.noun.problems import Problem, suggestion_text
 from femflex.system import Channel, System
-
-ROWS = 10**8  # more output rows than this are a mistake
 
 
 def duration_of(case: Case, system: System) -> float:
@@ -95,9 +94,11 @@ def motion_problems(case: Case, system: System) -> Iterator[Problem]:
 def size_problems(case: Case, system: System) -> Iterator[Problem]:
     """The problem of more rows of output than any study reads; a disk that is full says so when the file is made."""
     rows = case.run.rows(duration_of(case, system))
-    if rows > ROWS:
+    if rows > MOST_OUTPUT_ROWS:
         where = "run.output_step" if case.run.output_step is not None else "run.samples"
-        yield Problem(where, f"found {rows:.3g} rows of output, and {ROWS:.0e} are the limit; raise the output step")
+        yield Problem(
+            where, f"found {rows:.3g} rows of output, and {MOST_OUTPUT_ROWS:.0e} are the limit; raise the output step"
+        )
 
 
 def _near_path(path: str, channels: Mapping[str, Channel]) -> str:

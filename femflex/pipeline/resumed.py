@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import femflex
+from femflex.advice.limits import SAME_MODEL, SAME_TIME
 from femflex.integrate import INTEGRATORS
 from femflex.pipeline.inputs import changed_inputs, differences, inputs_of
-from femflex.pipeline.rebuilt import AGREED, check_agreement, check_varying, effectors_of
+from femflex.pipeline.rebuilt import check_agreement, check_varying, effectors_of
 
 if TYPE_CHECKING:
     from femflex.arrays import Array
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
     from femflex.dynamics import Model
     from femflex.results import Run, RunBody
     from femflex.system import Controller, Effector
-
-SAME_TIME = 1e-12  # relative: rounding of an output time
 
 
 def is_finished(case: Case, output: Path) -> bool:
@@ -164,7 +163,7 @@ def _difference(file_body: RunBody, body: FlexibleBody) -> str:
         pairs |= {key: (getattr(file_body.skin, key, np.nan), getattr(body.skin, key)) for key in ("points", "shapes")}
     for key, (a, b) in pairs.items():
         size = float(np.abs(np.nan_to_num(b)).max(initial=0.0))
-        if np.shape(a) != np.shape(b) or not np.allclose(a, b, rtol=AGREED, atol=AGREED * size, equal_nan=True):
+        if np.shape(a) != np.shape(b) or not np.allclose(a, b, rtol=SAME_MODEL, atol=SAME_MODEL * size, equal_nan=True):
             return key
     return ""
 

@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from femflex.advice.limits import FULL_THRUST
 from femflex.arrays import Array
 from femflex.system import Effector
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
     from femflex.dynamics import Model
-
-ABOVE = 1.01  # level above which a command is taken for one in another unit, or for more than full thrust
 
 
 class ThrusterLevels:
@@ -41,7 +40,7 @@ class ThrusterLevels:
         """Warn of thrusters whose level was cut off at full thrust, and of those that never fired."""
         for name, (level, t) in self._largest.items():
             signal = ".".join(self._paths[name].split("/")[1:])
-            if level > ABOVE:
+            if level > FULL_THRUST:
                 text = f"rose to {level:.4g} at t = {t:.4g} s, above 1, where it is cut off: full thrust is 1"
             elif level <= 0.0:
                 text = f"was never above 0 (at most {level:.4g}), so it never fired"

@@ -17,12 +17,11 @@ from femflex.reduction.boundary.markers import marker, marker_rows
 from femflex.reduction.boundary.rigid import check_no_rigid_motion, rigid_shapes
 from femflex.reduction.inertia.mass_matrix import Distribution, matrix_moments, nodal_mass
 from femflex.reduction.inertia.moments import linear_stiffness
+from femflex.reduction.limits import LUMPED_MASS_ERROR
 from femflex.reduction.modes.damping import Damping, ModalDamping, is_added, is_unanswered
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.reduce import dof_weight, skin_of
 from femflex.warning import PhysicsWarning
-
-NOTICED = 0.02  # part of a shape's elastic mass that lumping misses, above which it is warned of
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +68,7 @@ def reduce_matrices(
     )
     if not phi.shape[1]:
         return MatrixBody(body, ())
-    if not found.exact and not found.missed <= NOTICED:
+    if not found.exact and not found.missed <= LUMPED_MASS_ERROR:
         warnings.warn(_missed_text(found.missed), PhysicsWarning, stacklevel=2)
     return MatrixBody(body, (LINEAR, _exactness_text(found.exact, found.missed)))
 
@@ -101,8 +100,9 @@ def _missed_text(missed: float) -> str:
         )
     return (
         f"lumped at its nodes, the mass matrix misses {100 * missed:.2g} % of the elastic mass of a shape (limit "
-        f"{100 * NOTICED:g} %): second moments of the deformation (spin softening, gyroscopic coupling of modes) have "
-        "errors of that size, and are rescaled; give a mesh with more nodes per wavelength, or a lumped mass matrix"
+        f"{100 * LUMPED_MASS_ERROR:g} %): second moments of the deformation (spin softening, gyroscopic coupling of "
+        "modes) have errors of that size, and are rescaled; give a mesh with more nodes per wavelength, or a lumped "
+        "mass matrix"
     )
 
 

@@ -9,11 +9,9 @@ import numpy as np
 from femflex.fem.plate.strain import PlateStrain
 from femflex.fem.structure import Structure
 from femflex.reduction.large_deflection.third_derivatives import with_sheet_bends, with_third_derivatives
+from femflex.reduction.limits import LARGEST_SHEET_DEFLECTION, SMALL_SHEET_DEFLECTION, WIDE_SHEET
 from femflex.reduction.modes.modeset import ModeSet
 
-CROSSWISE = 10.0  # width^2 curvature / thickness (Searle's parameter), above which vibration shapes are too stiff
-SMALL = 0.05  # deflection over length, above which the loss of transverse curvature is ignored
-FAR = 0.2  # largest deflection over the diagonal that a sheet's set represents, the limit of condensed strain
 FLAT = 1e-6  # of the length: distance of a sheet's points from their plane
 
 
@@ -49,8 +47,10 @@ def sheet_of(structure: Structure) -> Sheet | None:
     length, width, rise = _extents(structure.mesh.points)
     if not width or rise > FLAT * length:
         return None
-    bend = CROSSWISE * thickness * length**2 / (2 * width**2)
-    return None if bend > SMALL * length else Sheet(width, thickness, bend, float(np.hypot(length, width)))
+    bend = WIDE_SHEET * thickness * length**2 / (2 * width**2)
+    if bend > SMALL_SHEET_DEFLECTION * length:
+        return None
+    return Sheet(width, thickness, bend, float(np.hypot(length, width)))
 
 
 def with_sheet_shapes(structure: Structure, modes: ModeSet, requested: int | None, deflection: float | None) -> ModeSet:
@@ -64,7 +64,7 @@ def with_sheet_shapes(structure: Structure, modes: ModeSet, requested: int | Non
     if sheet is None or deflection is not None:
         return modes
     try:
-        return with_sheet_bends(structure, modes, sheet.bend, FAR * sheet.size)
+        return with_sheet_bends(structure, modes, sheet.bend, LARGEST_SHEET_DEFLECTION * sheet.size)
     except (ValueError, RuntimeError):
         try:
             return with_third_derivatives(structure, modes, 1)

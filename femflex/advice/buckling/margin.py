@@ -9,7 +9,6 @@ import numpy as np
 
 from femflex.advice.advice import Advice, doubt
 from femflex.advice.bodies import BodyOrigin, BodyOrigins
-from femflex.advice.buckling.applied_load import AppliedLoad, BucklingResult
 from femflex.advice.buckling.applied_loads import applied_loads
 from femflex.advice.limits import (
     BASIS_OVERESTIMATE,
@@ -19,6 +18,7 @@ from femflex.advice.limits import (
     SINGLE_LOAD_SHARE,
 )
 from femflex.advice.motion_estimate import RigidEstimate
+from femflex.reduction.static_buckling.applied_load import AppliedLoad, BucklingResult
 from femflex.system import System
 
 CONDENSED_NOTE = (

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from femflex.arrays import Array, BoolArray, IntArray
-from femflex.body import FlexibleBody, StrainTensors
+from femflex.body import FlexibleBody
 from femflex.dynamics.equilibria.body_motions import BodyMotion, body_motions
 from femflex.dynamics.equilibria.linearised import free_directions, multipliers, stiffness
 from femflex.dynamics.lowering.layout import body_records
@@ -85,7 +85,7 @@ def _undeformed(system: System) -> System:
 
     Members that deploy have their first lengths.
     """
-    linear = {name: linear_body(body) for name, body in system.bodies.items()}
+    linear = {name: body.with_linear_strain() for name, body in system.bodies.items()}
     varying = {
         name: varying_body
         for name, varying_body in system.varying.items()
@@ -102,9 +102,3 @@ def _undeformed(system: System) -> System:
         system, bodies=linear, loads=(), frame=frame, environment=Environment(np.zeros(3)), delta0={}, ddelta0={},
         reactions=False, sights=(), constraints=(), varying=varying, effectors=effectors,
     )  # fmt: skip
-
-
-def linear_body(body: FlexibleBody) -> FlexibleBody:
-    """A body with linear strain, without the shapes that are slaved to others."""
-    body = body.without_slaves()
-    return replace(body, strain=StrainTensors.linear(body.strain.V1))

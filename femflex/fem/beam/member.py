@@ -19,6 +19,7 @@ from femflex.fem.beam.shapes import NODAL, BeamOrder
 from femflex.fem.beam.skin import swept_outline
 from femflex.fem.beam.strain import beam_strain, shear_strain
 from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
+from femflex.fem.limits import CURVED_CELL, SLENDER_BEAM
 from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_excess, arc_length, element_frames, straight_elements
 from femflex.fem.line.section_points import section_points
 from femflex.fem.option import Option, Options, member_options
@@ -62,8 +63,6 @@ OPTIONS: Options = {
 ORDERS = range(3, 9)
 STRETCH_ORDERS = range(1, 2 * ORDERS.stop - 2)  # of the axial and torsional fields, up to 2 * 8 - 1
 VARYING_DEGREE = 8  # polynomial degree added to the quadrature where properties vary along the element
-CURVED = 5e-3  # relative length that chords of curved cells may lack: an arc of 39 deg in two of them
-SLENDER = 20.0  # length over radius of gyration below which neglected shear shifts the first mode by over 1 %
 
 
 @family("beam", OPTIONS, prepare=selected_axes, dimension=1)
@@ -238,7 +237,7 @@ def _checked_options(options: dict[str, Any], member: Member) -> dict[str, Any]:
 def _warn_if_curved(mesh: Mesh, member: Member, cells: dict[str, IntArray]) -> None:
     line3 = cells.get("line3")
     excess = 0.0 if line3 is None else arc_excess(mesh.points, line3)
-    if excess > CURVED:
+    if excess > CURVED_CELL:
         warnings.warn(
             PhysicsWarning(
                 "beam group {body_or_joint!r} has curved line3 cells, each taken as two straight elements: they are "
@@ -246,7 +245,7 @@ def _warn_if_curved(mesh: Mesh, member: Member, cells: dict[str, IntArray]) -> N
                 "flexibility are too small.",
                 body_or_joint=member.group,
                 value=excess,
-                limit=CURVED,
+                limit=CURVED_CELL,
                 remedy="Mesh the curve with smaller cells",
             ),
             stacklevel=6,
@@ -255,17 +254,17 @@ def _warn_if_curved(mesh: Mesh, member: Member, cells: dict[str, IntArray]) -> N
 
 def _warn_if_stout(rho: Array, gyration: float, member: Member) -> None:
     extent = member.options.get("extent") or float(np.linalg.norm(np.ptp(rho.reshape(-1, 3), axis=0)))
-    if extent < SLENDER * gyration:
+    if extent < SLENDER_BEAM * gyration:
         warnings.warn(
             PhysicsWarning(
                 "beam group {body_or_joint!r} extends over {value:.4g} m with a radius of gyration of {gyration:.4g} "
                 "m; below {slender:g} radii ({limit:.4g} m) the shear left out here shifts frequencies by per cents.",
                 body_or_joint=member.group,
                 value=extent,
-                limit=SLENDER * gyration,
+                limit=SLENDER_BEAM * gyration,
                 remedy="Set the option shear = true",
                 gyration=gyration,
-                slender=SLENDER,
+                slender=SLENDER_BEAM,
             ),
             stacklevel=6,
         )

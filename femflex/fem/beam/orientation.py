@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.arrays import Array
+from femflex.fem.limits import UNLIKE_STIFFNESSES, UPRIGHT_AXIS
 from femflex.fem.line.chain import LINE_TYPES, element_frames, straight_elements
 from femflex.warning import PhysicsWarning
 
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
     from femflex.mesh import Mesh
 
 
-UNLIKE = 0.01  # relative difference of the two bending stiffnesses above which the axes of a section matter
-UPRIGHT = 0.2  # sine of the angle to the mesh's z axis below which the selected axes depend strongly on the direction
 SAME = 1e-6  # of unit vectors
 CENTRES = ("offset", "shear_centre", "mass_centre")
 
@@ -42,7 +41,7 @@ def _selected_axes_note(mesh: Mesh, member: Member) -> str:
     if not len(nodes):
         return ""
     frame = element_frames(mesh.points[nodes[:, 0]], mesh.points[nodes[:, 1]], None, member.group)[1]
-    vertical = np.linalg.norm(frame[:, 0, :2], axis=1) < UPRIGHT
+    vertical = np.linalg.norm(frame[:, 0, :2], axis=1) < UPRIGHT_AXIS
     y = frame[:, 1]
     first = _vector(y[np.argmax(vertical)])
     if vertical.any():
@@ -78,7 +77,7 @@ def _axes_reason(member: Member) -> str:
     if r.coupled is not None:
         return "its section couples stretch, shear, twist and bending"
     ratio = float(np.max(r.EIz / r.EIy))
-    return f"EIz is {ratio:.4g} times EIy" if abs(ratio - 1) > UNLIKE else ""
+    return f"EIz is {ratio:.4g} times EIy" if abs(ratio - 1) > UNLIKE_STIFFNESSES else ""
 
 
 def _vector(direction: Array) -> str:

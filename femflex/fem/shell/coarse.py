@@ -16,18 +16,13 @@ import warnings
 import numpy as np
 
 from femflex.arrays import Array
+from femflex.fem.limits import FEW_SHELLS, LONG_LINEAR_SHELL, LONG_SHELL, SHELL_STIFFNESS_ERROR, TAPERED_SHELL
 from femflex.warning import PhysicsWarning
-
-BENDS_OVER = 1.5  # of sqrt(R h): length of four-node elements above which they are 18 % too stiff at loads and edges
-LONG = 16.0  # of sqrt(R h): length of second-order elements above which low modes of a thin dish are over 10 % too high
-STIFFER = 0.08  # of s^2: coefficient of the relative error in stiffness, as above
-TAPERED = 1.0  # a tan(delta) above which trapezoids are over twice as stiff as they should be in their plane
-SHARE = 0.2  # share of the elements above which trapezoids cause a warning, because most meshes have some
 
 
 def warn_if_coarse(x: Array, V: Array, thickness: Array, where: str) -> None:
     """Warn of elements with nodes x (e, k, 3) [m], directors V (e, k, 3) and thicknesses (e,) [m] that are long against
-    sqrt(R h): k = 4 above BENDS_OVER, nine and six nodes above LONG."""
+    sqrt(R h): k = 4 above LONG_LINEAR_SHELL, nine and six nodes above LONG_SHELL."""
     sides = 3 if x.shape[1] == 6 else 4
     corners, corner_directors = x[:, :sides], V[:, :sides]
     edge, director_change = (
@@ -38,13 +33,13 @@ def warn_if_coarse(x: Array, V: Array, thickness: Array, where: str) -> None:
     curvature = np.abs(np.sum(edge * director_change, axis=2) / square).max(axis=1)
     length = np.sqrt(square.max(axis=1))
     ratio = length * np.sqrt(curvature / thickness)
-    limit = BENDS_OVER if x.shape[1] == 4 else LONG
+    limit = LONG_LINEAR_SHELL if x.shape[1] == 4 else LONG_SHELL
     coarse = ratio > limit
     if not coarse.any():
         return
     worst = int(np.argmax(ratio))
     long = f"{_element_text(worst, x)}, is {length[worst]:.3g} m long against {length[worst] / ratio[worst]:.3g} m"
-    if limit == LONG:
+    if limit == LONG_SHELL:
         warnings.warn(
             PhysicsWarning(
                 "{body_or_joint}: {coarse} of {count} second-order elements are longer than {limit:g} sqrt(R h); the "
@@ -52,7 +47,7 @@ def warn_if_coarse(x: Array, V: Array, thickness: Array, where: str) -> None:
                 "26.",
                 body_or_joint=where,
                 value=ratio[worst],
-                limit=LONG,
+                limit=LONG_SHELL,
                 remedy="Mesh finer, or give refine = 1",
                 coarse=int(coarse.sum()),
                 count=len(x),
@@ -69,12 +64,12 @@ def warn_if_coarse(x: Array, V: Array, thickness: Array, where: str) -> None:
             "sqrt(R h) and 20 % off at 4 sqrt(R h).",
             body_or_joint=where,
             value=ratio[worst],
-            limit=BENDS_OVER,
+            limit=LONG_LINEAR_SHELL,
             remedy="Mesh finer there, or use eight- or nine-node elements",
             coarse=int(coarse.sum()),
             count=len(x),
             long=long,
-            stiffer=1 + STIFFER * ratio[worst] ** 2,
+            stiffer=1 + SHELL_STIFFNESS_ERROR * ratio[worst] ** 2,
         ),
         stacklevel=5,
     )
@@ -96,8 +91,8 @@ def tapers(x: Array) -> Array:
 def warn_of_trapezoids(x: Array, where: str) -> None:
     """Warn of four-node elements x (e, 4, 3) [m] that taper so much that they lock in their plane."""
     taper = tapers(x)
-    locked = taper > TAPERED
-    if locked.mean() <= SHARE:
+    locked = taper > TAPERED_SHELL
+    if locked.mean() <= FEW_SHELLS:
         return
     worst = int(np.argmax(taper))
     warnings.warn(

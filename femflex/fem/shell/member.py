@@ -15,6 +15,7 @@ from skfem.refdom import RefTri
 from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
+from femflex.fem.limits import CONSTANT_STRAIN_SHARE, FOLDED_SHELL, WARPED_SHELL
 from femflex.fem.option import Option, Options, member_options
 from femflex.fem.plate.dof_map import member_section
 from femflex.fem.plate.elastic import OPTIONS as PLATE_OPTIONS
@@ -40,9 +41,6 @@ if TYPE_CHECKING:
 
 CELLS = ("triangle", "triangle6", "quad", "quad9")
 FLAT_AREA = 1e-10  # of the longest side squared: area below which an element has none
-WARPED = 15.0  # [deg] between the normals at two corners of a four-node element, above which a warning is given
-FOLDED = 120.0  # [deg] above which such an element is an error: its sides cross
-CONSTANT_SHARE = 0.2  # of the area in three-node triangles (constant membrane strain), above which a warning is given
 FOLD_ANGLE = 20.0  # [deg]
 OPTIONS: Options = {
     **PLATE_OPTIONS,
@@ -283,22 +281,22 @@ def _check_shapes(name: str, x: Array, where: str) -> None:
     cosine = np.einsum("eki,eli->ekl", unit, unit).min(axis=(1, 2))
     angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
     worst = int(np.argmax(angle))
-    if angle[worst] > FOLDED:
+    if angle[worst] > FOLDED_SHELL:
         raise ValueError(
-            f"{where}: {int((angle > FOLDED).sum())} of {len(x)} quadrilaterals are warped by over {FOLDED:g} deg, "
-            f"or their sides cross; the worst, by {angle[worst]:.3g} deg, is {_element_text(worst, x)}; correct the "
+            f"{where}: {int((angle > FOLDED_SHELL).sum())} of {len(x)} quadrilaterals are warped by over "
+            f"{FOLDED_SHELL:g} deg, or their sides cross; the worst, by {angle[worst]:.3g} deg, is {_element_text(worst, x)}; correct the "
             "order of nodes, or cut them into triangles"
         )
-    if angle[worst] > WARPED:
+    if angle[worst] > WARPED_SHELL:
         warnings.warn(
             PhysicsWarning(
                 "{body_or_joint}: {warped} of {count} quadrilaterals are warped by more than {limit:g} deg between "
                 "corner normals; the worst, by {value:.3g} deg, is {worst}. Their stiffness is some per cents off;",
                 body_or_joint=where,
                 value=angle[worst],
-                limit=WARPED,
+                limit=WARPED_SHELL,
                 remedy="mesh finer there, or use eight-node elements",
-                warped=int((angle > WARPED).sum()),
+                warped=int((angle > WARPED_SHELL).sum()),
                 count=len(x),
                 worst=_element_text(worst, x),
             ),
@@ -317,14 +315,14 @@ def _warn_of_constant_strain(points: Array, cells: dict[str, IntArray], where: s
         for name, nodes in cells.items()
     }
     share = area.get("triangle", 0.0) / sum(area.values())
-    if share > CONSTANT_SHARE:
+    if share > CONSTANT_STRAIN_SHARE:
         warnings.warn(
             PhysicsWarning(
                 "{body_or_joint}: {value:.0%} of its area is three-node triangles (limit {limit:.0%}), whose membrane "
                 "strain is constant and converges slowly.",
                 body_or_joint=where,
                 value=share,
-                limit=CONSTANT_SHARE,
+                limit=CONSTANT_STRAIN_SHARE,
                 remedy="Use family = 'plate' for meshes of triangles, or six-node ones",
             ),
             stacklevel=5,

@@ -8,17 +8,19 @@ import warnings
 import numpy as np
 
 from femflex.arrays import Array, IntArray
+from femflex.fem.limits import (
+    ACROSS_THICKNESS,
+    FEW_SOLIDS,
+    LOCKING_ERROR,
+    NEARLY_INCOMPRESSIBLE,
+    TAPERED_SHELL,
+    THIN_LAYER,
+)
 from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
-from femflex.fem.shell.coarse import TAPERED, tapers
+from femflex.fem.shell.coarse import tapers
 from femflex.fem.solid.rules import REDUCED
 from femflex.mesh.cells import CELL_TYPES, EDGES, FACES
 from femflex.warning import PhysicsWarning
-
-ACROSS = 0.7  # cosine to the rise of other edges, above which an edge goes through the thickness
-THIN = 0.25  # thickness over the longest edge, below which an element belongs to a thin layer
-SHARE = 0.2  # of the elements; fewer curved ones count as fillets
-STIFF = 0.05  # estimated error above which a warning is given
-RIGID = 0.49  # Poisson's ratio above which the volume constraint at all points of strain costs over 1 % of a deflection
 
 
 def warn_of_first_order(name: str, x: Array, material: Material | Orthotropic | Anisotropic, group: str) -> None:
@@ -49,8 +51,8 @@ def warn_of_first_order(name: str, x: Array, material: Material | Orthotropic | 
 def warn_of_tapered(x: Array, group: str) -> None:
     """Warn of bricks of eight nodes x (e, 8, 3) [m] with faces that taper so much that they lock in bending."""
     taper = np.max([tapers(x[:, face]) for face in FACES["hexahedron"]], axis=0)
-    locked = taper > TAPERED
-    if locked.mean() <= SHARE:
+    locked = taper > TAPERED_SHELL
+    if locked.mean() <= FEW_SOLIDS:
         return
     warnings.warn(
         PhysicsWarning(
@@ -82,12 +84,12 @@ def warn_of_curved(name: str, x: Array, group: str) -> None:
     rise = x[:, corners : corners + len(ends)] - (x[:, ends[:, 0]] + x[:, ends[:, 1]]) / 2
     largest_rise = np.take_along_axis(rise, np.linalg.norm(rise, axis=2).argmax(axis=1)[:, None, None], axis=1)[:, 0]
     size = np.linalg.norm(largest_rise, axis=1)
-    across = np.abs(np.einsum("eka,ea->ek", chords, largest_rise)) > ACROSS * lengths * size[:, None]
+    across = np.abs(np.einsum("eka,ea->ek", chords, largest_rise)) > ACROSS_THICKNESS * lengths * size[:, None]
     thickness = np.where(across, lengths, np.inf).min(axis=1)
-    missing = np.where(thickness < THIN * lengths.max(axis=1), size / thickness, 0.0)
-    if np.count_nonzero(missing > STIFF) < max(1.0, SHARE * len(x)):
+    missing = np.where(thickness < THIN_LAYER * lengths.max(axis=1), size / thickness, 0.0)
+    if np.count_nonzero(missing > LOCKING_ERROR) < max(1.0, FEW_SOLIDS * len(x)):
         return
-    typical = float(np.median(missing[missing > STIFF]))
+    typical = float(np.median(missing[missing > LOCKING_ERROR]))
     remedy = "give integration = 'reduced', take" if name in REDUCED else "take"
     warnings.warn(
         PhysicsWarning(
@@ -96,7 +98,7 @@ def warn_of_curved(name: str, x: Array, group: str) -> None:
             "{limit:.0%});",
             body_or_joint=group,
             value=min(typical, 0.9),
-            limit=STIFF,
+            limit=LOCKING_ERROR,
             remedy=f"{remedy} family shell, or shorten the elements (a half leaves a quarter)",
             name=name,
             rise=typical,
@@ -117,7 +119,7 @@ def warn_of_incompressible(name: str, nodes: IntArray, C: Array, isotropic: bool
         return
     bulk, shear = C[:3, :3].sum() / 9, np.diag(C)[3:].mean()
     ratio = float((3 * bulk - 2 * shear) / (6 * bulk + 2 * shear))
-    if ratio < RIGID:
+    if ratio < NEARLY_INCOMPRESSIBLE:
         return
     if sound:
         effect = "are a single layer: where it is clamped, its bending frequencies are up to 4 % too high"
@@ -131,7 +133,7 @@ def warn_of_incompressible(name: str, nodes: IntArray, C: Array, isotropic: bool
             f"and its {{name}} cells {effect};",
             body_or_joint=group,
             value=ratio,
-            limit=RIGID,
+            limit=NEARLY_INCOMPRESSIBLE,
             remedy=remedy,
             name=name,
         ),

@@ -15,6 +15,7 @@ import numpy as np
 from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
+from femflex.fem.limits import MISPLACED_NODE
 from femflex.fem.option import Option, Options, member_options
 from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
 from femflex.fem.solid.blocks import SolidInertia, SolidStrain, strain_maps
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
     from femflex.mesh import Mesh
 
 
-MISPLACED = 0.5  # largest distance of a middle node from the mean of its corners, over the distance of these from it
 # A cantilever block of 2541 nodes takes 2.4 s and 0.3 GB for six modes with order = 1, 40 s and 0.8 GB with order = 2;
 # their frequencies differ by 0.1 to 0.5 %, those of a plate of one layer of 40 x 20 bricks by as much.
 LARGE = 4000  # nodes of hexahedra up to which they are raised to second order by default
@@ -239,7 +239,7 @@ def _check_order(name: str, x: Array, group: str) -> None:
     for node, parents in enumerate(cell.parents, cell.n_corners):
         mean = x[:, parents].mean(axis=1)
         radius = np.linalg.norm(x[:, parents] - mean[:, None], axis=2).min(axis=1)
-        misplaced = np.flatnonzero(np.linalg.norm(x[:, node] - mean, axis=1) > MISPLACED * radius)
+        misplaced = np.flatnonzero(np.linalg.norm(x[:, node] - mean, axis=1) > MISPLACED_NODE * radius)
         if len(misplaced):
             raise ValueError(
                 f"solid on group {group!r}: node {node} of {len(misplaced)} of {len(x)} {name} elements (first element "

@@ -15,17 +15,16 @@ from femflex.fem.eigen.shift_invert import Factors
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.pivots import negative_pivots
 from femflex.reduction.boundary.supported import Supported, supported, unstressed
+from femflex.reduction.limits import CLOSE_TO_BUCKLING, FAR_FROM_BUCKLING
 from femflex.reduction.preload.equilibrium import refuse_slack, refuse_untensioned
 from femflex.warning import PhysicsWarning
 
-CLOSE = 1.25  # buckling load factor below which a warning is issued
-FAR = 1e3  # buckling load factor above which the stress counts as harmless
 CLASSED, EXACT = 1e-2, 1e-10  # tolerance of the stiffness ratio, relative: to see that buckling is far off; else
 ROUGHLY, VECTORS, RESTARTS = 1e-3, 12, 8  # of the remaining stiffness; for Lanczos' method, 60 solutions at most
 SMALL = 400  # dofs up to which a dense solution is cheaper
 
 
-def critical_factor(structure: Structure, held: IntArray, enough: float = FAR) -> float:
+def critical_factor(structure: Structure, held: IntArray, enough: float = FAR_FROM_BUCKLING) -> float:
     """Factor [1] on the initial stress at which the structure buckles with dofs `held` (k,) fixed; inf if never.
 
     Also inf beyond `enough`, and where the stress buckles a structure that without it has no stiffness against some
@@ -107,17 +106,17 @@ def refuse_buckled(structure: Structure, held: IntArray) -> None:
         refuse_slack(structure, held)
         return
     key = "critical factor", held.tobytes()
-    factor = structure.recalled(key, lambda: critical_factor(structure, held, CLOSE))
+    factor = structure.recalled(key, lambda: critical_factor(structure, held, CLOSE_TO_BUCKLING))
     if factor <= 1.0:
         raise ValueError(
             f"the initial stress buckles the structure: its linear buckling load factor is {factor:.4g}, and must "
             "exceed 1. Lower the prestress or the thermal strain, clamp more groups, or mesh the buckled shape."
         )
-    if factor < CLOSE:
+    if factor < CLOSE_TO_BUCKLING:
         warnings.warn(
             f"the initial stress is close to buckling: its linear buckling load factor is {factor:.4g} (limit "
-            f"{CLOSE:g}), which leaves {1 - 1 / factor:.0%} of the stiffness of that shape. Results are sensitive to "
-            "small errors of shape, stress and supports. Lower the initial stress, or check these",
+            f"{CLOSE_TO_BUCKLING:g}), which leaves {1 - 1 / factor:.0%} of the stiffness of that shape. Results are "
+            "sensitive to small errors of shape, stress and supports. Lower the initial stress, or check these",
             PhysicsWarning,
             stacklevel=3,
         )

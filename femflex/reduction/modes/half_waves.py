@@ -19,6 +19,7 @@ import numpy as np
 from femflex.arrays import Array, IntArray
 from femflex.fem.structure import Structure
 from femflex.mesh.cells import CELL_TYPES, EDGES
+from femflex.reduction.limits import FEW_OF_A_KIND, SLENDER_BRICK
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.warning import PhysicsWarning
 
@@ -32,8 +33,6 @@ NEEDED = {  # elements in a half-wave for an error of 2 % of a frequency
     ("shell", "quad"): 7.0, ("shell", "quad9"): 2.2, ("shell", "triangle"): 16.0, ("shell", "triangle6"): 4.8,
     ("solid", "hexahedron"): 6.5, ("plate", "triangle"): 2.8, ("plate_bfs", "quad"): 2.0,
 }  # fmt: skip
-SLENDER = 5.0  # length over thickness at which a brick of eight nodes needs 1.4 times as many
-SHARE = 0.1  # of the elements: fewer of a kind do not decide on a frequency
 FEW = 8  # modes that a line lists
 MANY = 99  # elements in a half-wave above which the number has no meaning: a surface that hardly bends
 VIBRATING = ("vibration", "free-free", "craig-bampton")
@@ -98,7 +97,7 @@ def _fewest(structure: Structure, modes: ModeSet) -> tuple[str, float, Array, In
     found: list[tuple[str, float, Array]] = []
     for (family, kind), several in cells.items():
         nodes = np.concatenate(several)
-        if (family, kind) in NEEDED and len(nodes) >= SHARE * count:
+        if (family, kind) in NEEDED and len(nodes) >= FEW_OF_A_KIND * count:
             turns = None if family == "solid" else theta
             needed = NEEDED[family, kind] * (_slenderness(structure, nodes) if kind == "hexahedron" else 1.0)
             corners = [
@@ -142,4 +141,4 @@ def _slenderness(structure: Structure, nodes: IntArray) -> float:
     """Factor on the number of bricks (e, 8) that a half-wave needs, from the middle one of their slendernesses."""
     ends = structure.mesh.points[nodes[:, np.array(EDGES["hexahedron"])]]
     length = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2)
-    return float(np.sqrt(1 + (np.median(length.max(axis=1) / length.min(axis=1)) / SLENDER) ** 2))
+    return float(np.sqrt(1 + (np.median(length.max(axis=1) / length.min(axis=1)) / SLENDER_BRICK) ** 2))

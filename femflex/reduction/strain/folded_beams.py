@@ -15,23 +15,22 @@ import warnings
 from femflex.fem.beam.corners import corner_nodes
 from femflex.fem.structure import Structure
 from femflex.fem.tension.strain import TensionStrain
+from femflex.reduction.limits import FOLD_ANGLE, SLENDER_FRAME
 from femflex.warning import PhysicsWarning
 
-SLENDER = 300.0  # length of all beams over the radius of gyration
 COORDINATES = 8  # kept in addition to the dependent ones
-ANGLE = 0.5  # sine; beams that meet at 18 degrees do not lock (0.2 %)
 
 
 def warn_of_folded_beams(structure: Structure, coordinates: int) -> None:
     """Warn of a condensed body whose slender beams meet at an angle and that keeps more than COORDINATES of them."""
-    if coordinates <= COORDINATES or not len(corner_nodes(structure.mesh, structure.numbering.members, ANGLE)):
+    if coordinates <= COORDINATES or not len(corner_nodes(structure.mesh, structure.numbering.members, FOLD_ANGLE)):
         return
     slenderness = beam_slenderness(structure)
-    if slenderness <= SLENDER:
+    if slenderness <= SLENDER_FRAME:
         return
     warnings.warn(
         "slender beams that meet at an angle, length over radius of gyration "
-        f"{slenderness:.4g} (limit {SLENDER:g}), with condensed strain and {coordinates} coordinates (limit "
+        f"{slenderness:.4g} (limit {SLENDER_FRAME:g}), with condensed strain and {coordinates} coordinates (limit "
         f"{COORDINATES}): the body may be too stiff where it bends in the plane of the angle. Keep fewer modes, or use "
         "strain = 'nonlinear' or segments",
         PhysicsWarning,

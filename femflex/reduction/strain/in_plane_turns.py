@@ -17,27 +17,26 @@ from femflex.fem.plate.strain import PlateStrain
 from femflex.fem.relaxed import RelaxedStrain
 from femflex.fem.structure import Structure
 from femflex.fem.tables import element_chunks
+from femflex.reduction.limits import IN_PLANE_TURN, JUDGED_MODES
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.warning import PhysicsWarning
 
 VIBRATING = ("vibration", "free-free", "craig-bampton")
-FIRST = 3  # of the modes kept
-DOUBTFUL = 0.05  # part of a mode's squared slopes from which it is reported
 
 
 def warn_of_in_plane_turns(structure: Structure, modes: ModeSet) -> None:
     """Warn where plates of a body with nonlinear or condensed strain turn in their own planes in its first modes."""
     vibrating = [k for k, kind in enumerate(modes.kinds) if kind in VIBRATING and modes.omega[k] > 0]
-    which = sorted(vibrating, key=lambda k: modes.omega[k])[:FIRST]
+    which = sorted(vibrating, key=lambda k: modes.omega[k])[:JUDGED_MODES]
     parts = in_plane_parts(structure, modes.phi[:, which])
-    if parts.max(initial=0.0) <= DOUBTFUL:
+    if parts.max(initial=0.0) <= IN_PLANE_TURN:
         return
     hertz = modes.omega[which] / (2 * math.pi)
     text = ", ".join(f"{part:.0%} at {f:.4g} Hz" for f, part in zip(hertz, parts, strict=True))
     warnings.warn(
         "plates turn in their own planes (webs of boxes, walls of tubes), and their nonlinear strain omits the "
         f"squares of these rotations. Missing parts of the geometric stiffness: {text} (limit "
-        f"{DOUBTFUL:.0%}; a box column buckles at twice its load). Use shells, beams or solids, or segments with "
+        f"{IN_PLANE_TURN:.0%}; a box column buckles at twice its load). Use shells, beams or solids, or segments with "
         "linear strain",
         PhysicsWarning,
         stacklevel=3,

@@ -14,15 +14,12 @@ from femflex.fem.tables import StrainBlock
 from femflex.reduction.boundary.clamps import Groups, held_dofs
 from femflex.reduction.boundary.rigid import RIGID
 from femflex.reduction.boundary.supported import unstressed
+from femflex.reduction.limits import LEAST_REMAINING_STRESS, LOST_BY_RELAXATION, MOVED_BY_RELAXATION, SMALL_STRAIN
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.preload.equilibrium import is_known, static_equilibrium
 from femflex.warning import PhysicsWarning
 
-LEAST_REMAINING = 0.5  # share of the energy of an intended stress that must remain, below which it is reported
-SMALL = 0.01  # limit of small strain: stiffness and shape change by as much
-MOVED = 1e-3  # of the body's size: displacement by relaxation, above which it is reported
 RELAXED_BY = ("let go",)  # key of the largest of these displacements [m] in a relaxed structure
-SLACK = 0.01  # share of the stress energy lost by relaxation, above which linear strain is doubtful
 
 
 def relaxed(structure: Structure, clamp: Groups = ()) -> Structure:
@@ -77,10 +74,11 @@ def warn_if_slack(structure: Structure, modes: ModeSet) -> None:
         return
     released = float(-structure.f0 @ relaxation(structure, modes.held)) / 2
     share = released / stress_energy(structure)
-    if share > SLACK:
+    if share > LOST_BY_RELAXATION:
         warnings.warn(
             f"supports do not hold the initial stress: static motion would release {share:.0%} of its energy, over "
-            f"{SLACK:.0%}, and linear strain keeps the stiffening of all of it; reduce the relaxed structure instead",
+            f"{LOST_BY_RELAXATION:.0%}, and linear strain keeps the stiffening of all of it; reduce the relaxed "
+            "structure instead",
             PhysicsWarning,
             stacklevel=4,
         )
@@ -90,10 +88,10 @@ def _warn_if_unbalanced(structure: Structure, held: IntArray) -> None:
     """Warn if tethers or membranes are not in equilibrium under their initial stress with these dofs fixed."""
     free = np.delete(np.arange(structure.n_dof), held)
     left, whole = (float(np.abs(f).max(initial=0.0)) for f in (structure.f0[free], structure.f0))
-    if left > SMALL * whole:
+    if left > SMALL_STRAIN * whole:
         warnings.warn(
-            f"the tension of tethers or membranes leaves {left:.3g} N unbalanced, over {SMALL:.0%} of its largest "
-            f"force on a dof ({whole:.3g} N); reduce the structure about its `static_equilibrium` instead",
+            f"the tension of tethers or membranes leaves {left:.3g} N unbalanced, over {SMALL_STRAIN:.0%} of its "
+            f"largest force on a dof ({whole:.3g} N); reduce the structure about its `static_equilibrium` instead",
             PhysicsWarning,
             stacklevel=5,
         )
@@ -109,36 +107,36 @@ def warn_of_initial_stress(name: str, before: Structure, after: Structure, is_in
     if not before.stressed:
         return
     remaining = stress_energy(after) / max(stress_energy(before), 1e-300)
-    if is_intended and remaining < LEAST_REMAINING:
+    if is_intended and remaining < LEAST_REMAINING_STRESS:
         warning = PhysicsWarning(
             "{body_or_joint}: its clamps sustain {value:.0%} of the energy of the initial stress (limit {limit:.0%}); "
             "the rest relaxed before its modes were computed.",
             body_or_joint=name,
             value=remaining,
-            limit=LEAST_REMAINING,
+            limit=LEAST_REMAINING_STRESS,
             remedy="Clamp every group that reacts the stress, such as both ends",
         )
         warnings.warn(warning, stacklevel=2)
-    elif (moved := after.known.get(RELAXED_BY, (0.0,))[0]) > MOVED * (size := _size(after)):
+    elif (moved := after.known.get(RELAXED_BY, (0.0,))[0]) > MOVED_BY_RELAXATION * (size := _size(after)):
         warning = PhysicsWarning(
             "{body_or_joint}: what its supports do not hold of its initial stress moves it by up to {moved:.4g} m, "
             "{value:.2g} of its size (limit {limit:g}). The modes are those after that, but the mesh stays as it is: "
             "this displacement is in no result.",
             body_or_joint=name,
             value=moved / size,
-            limit=MOVED,
+            limit=MOVED_BY_RELAXATION,
             remedy="Add it where it counts, or mesh the deformed shape",
             moved=moved,
         )
         warnings.warn(warning, stacklevel=2)
     largest = largest_strain(before, after)
-    if largest > SMALL:
+    if largest > SMALL_STRAIN:
         warning = PhysicsWarning(
             "{body_or_joint}: its initial stress strains it by up to {value:.1%}, and strain is taken to be small, "
             "below {limit:.0%}.",
             body_or_joint=name,
             value=largest,
-            limit=SMALL,
+            limit=SMALL_STRAIN,
             remedy="Check prestress, thermal strain and units",
         )
         warnings.warn(warning, stacklevel=2)

@@ -23,6 +23,7 @@ from femflex.fem.plate.strain import PlateStrain, ThinPlates
 from femflex.fem.relaxed import RelaxedStrain
 from femflex.fem.structure import Structure
 from femflex.mesh.cells import CELL_TYPES
+from femflex.reduction.limits import JUDGED_MODES, OMITTED_SHEAR, SMOOTH_ANGLE
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.warning import PhysicsWarning
 
@@ -31,9 +32,6 @@ if TYPE_CHECKING:
 
 
 VIBRATING = ("vibration", "free-free", "craig-bampton")  # mass-normalised shapes with a frequency
-FIRST = 3  # of the modes kept, whose frequencies count
-DOUBTFUL = 0.015  # error of one of them above which it is reported, as printed: in tenths of a percent
-SMOOTH = 0.5  # sine of the angle between facets up to which they are one curved surface
 STILL = 1e-9  # of the largest rotation, below which a node does not turn
 
 
@@ -43,7 +41,7 @@ def warn_of_omitted_shear(structure: Structure, modes: ModeSet) -> None:
     if not thin or not modes.n_modes:
         return
     errors, which = frequency_errors(structure, modes)
-    if np.round(errors, 3).max(initial=0.0) <= DOUBTFUL:
+    if np.round(errors, 3).max(initial=0.0) <= OMITTED_SHEAR:
         return
     hertz = modes.omega[which] / (2 * math.pi)
     text = ", ".join(f"{f:.4g} Hz by {error:.1%}" for f, error in zip(hertz, errors, strict=True))
@@ -55,7 +53,7 @@ def warn_of_omitted_shear(structure: Structure, modes: ModeSet) -> None:
             "estimate from the modes' own shear forces: {frequencies}; the limit is {limit:.1%}.",
             body_or_joint=where,
             value=float(errors.max()),
-            limit=DOUBTFUL,
+            limit=OMITTED_SHEAR,
             remedy=f"For thick and sandwich plates {remedy}",
             frequencies=text,
         ),
@@ -63,7 +61,7 @@ def warn_of_omitted_shear(structure: Structure, modes: ModeSet) -> None:
     )
 
 
-def frequency_errors(structure: Structure, modes: ModeSet, first: int = FIRST) -> tuple[Array, IntArray]:
+def frequency_errors(structure: Structure, modes: ModeSet, first: int = JUDGED_MODES) -> tuple[Array, IntArray]:
     """Relative error (n,) [1] by which frequencies of the first vibration modes are too high without shear, and the
     numbers (n,) of these modes in the set."""
     vibrating = [k for k, kind in enumerate(modes.kinds) if kind in VIBRATING and modes.omega[k] > 0]
@@ -121,7 +119,7 @@ def _places(corners: IntArray, normals: Array) -> IntArray:
     while (found < 0).any():  # as often as there are surfaces at a node
         rest = np.flatnonzero(found < 0)
         _, first, which = np.unique(nodes[rest], return_index=True, return_inverse=True)
-        like = np.linalg.norm(np.cross(normal[rest], normal[rest][first][which]), axis=1) < SMOOTH
+        like = np.linalg.norm(np.cross(normal[rest], normal[rest][first][which]), axis=1) < SMOOTH_ANGLE
         found[rest[like]] = n + which[like]
         n += len(first)
     return found.reshape(corners.shape)

@@ -13,9 +13,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from femflex.advice.buckling.applied_load import FIELD, WRENCH, AppliedLoad, BucklingResult
-from femflex.advice.limits import CLEARLY_LARGER, LARGE_BUCKLED_DEFLECTION
 from femflex.arrays import Array
+from femflex.reduction.limits import CLEARLY_LARGER, LARGE_BUCKLED_DEFLECTION
+from femflex.reduction.static_buckling.applied_load import FIELD, WRENCH, AppliedLoad, BucklingResult
 
 ROUNDING = 1e-7  # of mass x size x least omega^2, which is 12 EI / L^2 for a column: a smaller load is rounding
 SMALL_PATTERN = 1e-3  # of the largest load: patterns below it are neglected in selecting the instant

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from femflex.advice.residual import marker_loads, root_loads
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.dynamics.equilibria.body_motions import BodyMotion
@@ -52,7 +51,7 @@ def joint_loads(modes: RestModes) -> Loads:
 def _momentum(body: FlexibleBody, frame: BodyMotion) -> Array:
     """Momentum and angular momentum about the base frame's origin (6, m) of a body that moves as its frame says."""
     v, omega = frame.attitude.T @ frame.slide, frame.attitude.T @ frame.turn
-    centre, C = body.moments.first[0], root_loads(body)
+    centre, C = body.moments.first[0], body.moments.acceleration_loads()
     p = body.moments.mass * v + np.cross(omega.T, centre).T + C[:, :3].T @ frame.shape
     h = np.cross(centre, v.T).T + body.moments.inertia() @ omega + C[:, 3:].T @ frame.shape
     p, h = frame.attitude @ p, frame.attitude @ h
@@ -74,8 +73,8 @@ def _balancing_loads(modes: RestModes, name: str, markers: set[str]) -> dict[str
     """The least loads at these markers of a body that balance its motion, each measured by its static energy."""
     body, frame, squares = modes.system.bodies[name], modes.frames[name], modes.omega**2
     root = np.vstack([frame.attitude.T @ frame.slide, frame.attitude.T @ frame.turn])
-    inertia = body.moments.elastic_mass() @ modes.shapes[name] + root_loads(body) @ root
-    F = np.column_stack([marker_loads(body, marker) for marker in sorted(markers)])
+    inertia = body.moments.elastic_mass() @ modes.shapes[name] + body.moments.acceleration_loads() @ root
+    F = np.column_stack([body.marker(marker).loads for marker in sorted(markers)])
     size = np.sqrt(np.maximum((F * np.linalg.lstsq(body.strain.V1, F, rcond=None)[0]).sum(axis=0), 0.0))
     size[size <= 1e-9 * size.max(initial=0.0)] = np.inf
     f = (

@@ -9,8 +9,6 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from femflex.advice.buckling.few_shapes import lowest_of_few
-from femflex.advice.buckling.lateral import buckling_force
 from femflex.arrays import Array, IntArray
 from femflex.fem.eigen.modes import factorise
 from femflex.fem.internal_force import InternalForce
@@ -21,6 +19,8 @@ from femflex.reduction.inertia.accelerations import loads_of_linear_acceleration
 from femflex.reduction.large_deflection.load_path import largest_displacement
 from femflex.reduction.modes.buckling import roughly_lowest
 from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.static_buckling.few_shapes import lowest_of_few
+from femflex.reduction.static_buckling.lateral import buckling_force
 
 STIFF = 1e3  # stiffness that fixes a marker, over the largest of a dof
 BASIS_SHAPES = 12  # shapes that select the worst instant

@@ -8,14 +8,14 @@ from functools import cached_property
 
 import numpy as np
 
-from femflex.advice.buckling.applied_load import FIELD
-from femflex.advice.buckling.few_shapes import lowest_of_few
-from femflex.advice.buckling.lateral import lateral_share
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.body.symmetric import hessian
 from femflex.reduction.admissible import beam_body
 from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
+from femflex.reduction.static_buckling.applied_load import FIELD
+from femflex.reduction.static_buckling.few_shapes import lowest_of_few
+from femflex.reduction.static_buckling.lateral import lateral_share
 
 POLYNOMIALS = 6  # polynomials of each field: error of 1e-4 in the lateral-torsional buckling load of a cantilever
 THIN_SECTION = 1e-4  # radius of gyration over length of a section without rotary inertia

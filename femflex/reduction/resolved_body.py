@@ -27,7 +27,6 @@ from scipy import sparse
 
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
-from femflex.dynamics.equilibria.rest_modes import linear_body
 from femflex.reduction.admissible import beam_body, beam_fields
 from femflex.reduction.beams.beam_functions import gauss, points_for
 from femflex.reduction.beams.uniform_beam import BeamFunctions
@@ -110,14 +109,14 @@ def _resolved_beam(source: Analytic, body: FlexibleBody, markers: Sequence[str])
 def _resolved_member(source: Deployed, body: FlexibleBody, markers: Sequence[str]) -> ResolvedBody:
     full, fields = source.richer()
     xi = gauss(points_for(full.n_modes + ADDED_POLYNOMIALS))[0]
-    return _resolved_by_functions(linear_body(full), _coordinates(fields(xi), source.fields(xi)), body, markers)
+    return _resolved_by_functions(full.with_linear_strain(), _coordinates(fields(xi), source.fields(xi)), body, markers)
 
 
 def _resolved_by_functions(full: FlexibleBody, phi: Array, body: FlexibleBody, markers: Sequence[str]) -> ResolvedBody:
     """A body of shapes phi (n_full, n) that another one resolves; its markers are those of the same motion there."""
     K, M = full.strain.V1, full.moments.elastic_mass()
     ends = {name: end for name in markers if (end := _end_of(full, body, name))}
-    loads = [root_loads(full), *(marker_loads(full, end) for end in ends.values())]
+    loads = [full.moments.acceleration_loads(), *(full.markers[end].loads for end in ends.values())]
     return _resolved(K, M, partial(np.linalg.solve, K), phi, loads, [*ends])
 
 
@@ -131,16 +130,3 @@ def _coordinates(basis: Array, shapes: Array) -> Array:
     """Coordinates (n, k) of shapes (q, m, k) in a basis (q, m, n) at q points."""
     flat = basis.reshape(-1, basis.shape[2])
     return np.asarray(np.linalg.lstsq(flat, shapes.reshape(len(flat), -1))[0], float)
-
-
-def root_loads(body: FlexibleBody) -> Array:
-    """Work (n, 6) of the inertia of unit accelerations of the body frame on the shapes of a body."""
-    Q = body.moments.second[0][:, 1:]
-    angular = [Q[b, :, c] - Q[c, :, b] for b, c in ((1, 2), (2, 0), (0, 1))]  # int r x phi dm
-    return np.column_stack([body.moments.first[1:], *angular])
-
-
-def marker_loads(body: FlexibleBody, marker: str) -> Array:
-    """Work (n, 6) of unit forces and moments at a marker on the shapes of a body, body axes."""
-    at = body.markers[marker]
-    return np.vstack([at.phi, at.psi]).T

@@ -1,0 +1,1 @@
+"""Linear buckling of bodies under loads at their markers and over their volume."""
