@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+
 from femflex.assembly.bodies import marker_groups
 from femflex.assembly.decks import with_deck
+from femflex.assembly.initial import initial_shape
 from femflex.assembly.open_choices import open_joints, with_joints, with_tables
 from femflex.case.body import AnalyticTable, BodyTable, FlexibleTable
 from femflex.case.case import Case
 from femflex.case.deploying import DeployingTable
 from femflex.case.reduction import CantileverTable
 from femflex.case.support import DIRECTIONS
+from femflex.reduction.modes.damping import is_added
+from femflex.system import System
 
 
 def with_all_static_shapes(case: Case) -> Case:
@@ -53,9 +61,29 @@ def _is_tip(table: BodyTable, marker: str) -> bool:
 
 
 def _linear(table: BodyTable) -> BodyTable:
-    """The table with linear strain and without derivatives, where it has these keys."""
+    """The table with linear strain and without derivatives; where bodies start deflected, see `with_deflections`."""
     if isinstance(table, FlexibleTable):
         assert table.reduction is not None
         reduction = table.reduction.model_copy(update={"derivatives": None})
-        return table.model_copy(update={"strain": "linear", "reduction": reduction})
-    return table.model_copy(update={"strain": "linear"}) if isinstance(table, AnalyticTable) else table
+        return table.model_copy(update={"strain": "linear", "reduction": reduction, "initial": None})
+    if isinstance(table, AnalyticTable):
+        return table.model_copy(update={"strain": "linear", "initial": None})
+    return table.model_copy(update={"strain": "linear"})
+
+
+def with_deflections(case: Case, system: System) -> System:
+    """The system of `with_all_static_shapes` whose bodies start as their tables say, without added static shapes.
+
+    A start that these do not reach is left out; it is reported where the body gets its shapes.
+    """
+    delta, ddelta = dict(system.delta0), dict(system.ddelta0)
+    for name in open_joints(case):
+        table, body = case.bodies[name].initial, system.bodies[name]
+        if table is None or name in delta:
+            continue
+        added, at = is_added(body.kinds[: body.n_modes]), body.marker(system.joint_of(name).child_marker).position
+        without = body.truncated(int(np.argmax(added)) if added.any() else body.n_modes)
+        with suppress(ValueError, KeyError):
+            start = initial_shape(table, without, at)
+            delta[name], ddelta[name] = (np.append(x, np.zeros(body.n_modes - len(x))) for x in start)
+    return replace(system, delta0=delta, ddelta0=ddelta)

@@ -35,7 +35,7 @@ from femflex.assembly.bodies import built_bodies
 from femflex.assembly.initial import requested_displacement
 from femflex.assembly.open_choices import open_joints, open_strains, with_joints, with_strains
 from femflex.assembly.shared import shared_structures
-from femflex.assembly.static_shapes import with_all_static_shapes
+from femflex.assembly.static_shapes import with_all_static_shapes, with_deflections
 from femflex.assembly.system import problems_of_loads
 from femflex.case.body import Strain
 from femflex.case.case import Case
@@ -153,6 +153,7 @@ def _first_craft(case: Case, thorough: bool = False) -> FirstCraft:
     if problems:
         raise CaseError(case.path.name, problems)
     system, origins = system_with_origins(draft, built)
+    system = with_deflections(case, system)
     duration = duration_of(case, system)
     check_periods(system, duration)
     estimate = None

@@ -284,8 +284,8 @@ def _check_shapes(name: str, x: Array, where: str) -> None:
     if angle[worst] > FOLDED_SHELL:
         raise ValueError(
             f"{where}: {int((angle > FOLDED_SHELL).sum())} of {len(x)} quadrilaterals are warped by over "
-            f"{FOLDED_SHELL:g} deg, or their sides cross; the worst, by {angle[worst]:.3g} deg, is {_element_text(worst, x)}; correct the "
-            "order of nodes, or cut them into triangles"
+            f"{FOLDED_SHELL:g} deg, or their sides cross; the worst, by {angle[worst]:.3g} deg, is "
+            f"{_element_text(worst, x)}; correct the order of nodes, or cut them into triangles"
         )
     if angle[worst] > WARPED_SHELL:
         warnings.warn(
