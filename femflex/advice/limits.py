@@ -44,9 +44,9 @@ ENERGY_SHARE = 1e-3  # of a mode's strain energy above which a static shape is r
 EXCITATION_SHARE = 0.003  # of a body's largest amplitude, or of a joint's rate: modes above it get static shapes
 HISTORY_ERROR = 0.02  # error of a body's elastic motion over its peak, or of a joint's rate, above which a run warns
 LOWEST_MODES = 3  # elastic modes of the craft that sets must represent
-FREQUENCY_ERROR = 0.01  # change of such a frequency with richer sets, where nothing excites it, above which a run warns
+FREQUENCY_ERROR = 0.01  # estimated error of such a frequency, where nothing excites it, above which a run warns
 ROUNDING = 1e-6  # part of a static shape outside the others below which they contain it
-MANY_RICHER = 600  # coordinates of the richer craft up to which its modes are computed: about a second
+MANY_SHAPES = 600  # coordinates of a craft up to which its modes are computed: about a second
 
 # Markers
 MARKER_ROUNDING = 1e-9  # of a marker's largest motion in the shapes, below which a component of it is rounding

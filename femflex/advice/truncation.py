@@ -29,7 +29,7 @@ from femflex.advice.limits import (
     FREQUENCY_ERROR,
     HISTORY_ERROR,
     LOWEST_MODES,
-    MANY_RICHER,
+    MANY_SHAPES,
     ROUNDING,
 )
 from femflex.advice.motion_estimate import SINGULAR
@@ -96,8 +96,8 @@ def craft_modes(
 ) -> CraftModes:
     """The modes of a craft with linear strain at rest, by which its sets of shapes are judged."""
     count = sum(body.n_modes for body in system.bodies.values())
-    if not are_assessable(system, origins) or count > MANY_RICHER:
-        reason = f"{count} coordinates, over {MANY_RICHER}" if count > MANY_RICHER else ""
+    if not are_assessable(system, origins) or count > MANY_SHAPES:
+        reason = f"{count} coordinates, over {MANY_SHAPES}" if count > MANY_SHAPES else ""
         return CraftModes(system, origins, None, reason, response, t)
     try:
         return CraftModes(system, origins, rest_modes(system), "", response, t)

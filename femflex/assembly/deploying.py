@@ -76,22 +76,22 @@ def build_deploying(case: Case, name: str, table: DeployingTable, modes: int | N
 
 
 def deployed_origin(case: Case, name: str, table: DeployingTable, member: DeployingBody) -> Origin:
-    """The functions of a member, and a richer set by which these are assessed at its initial length."""
+    """The functions of a member, and polynomials that resolve it at its initial length."""
     if member.shapes.functions is None:
         return Origin()
 
-    def richer() -> tuple[FlexibleBody, Fields]:
+    def resolved() -> tuple[FlexibleBody, Fields]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", PhysicsWarning)  # the member itself has issued it
-            rich_table, numbers = _with_more_functions(table), member.variation.write
-            if rich_table.length is not None and isinstance(numbers, LengthTable):  # no other lengths are needed
-                rich_table = _with_constant_length(rich_table, member.start[0], numbers.stock or member.start[0])
-            rich_member = build_deploying(case, name, rich_table)
-        return rich_member.body, partial(_fields, rich_member.shapes)
+            full_table, numbers = _with_more_functions(table), member.variation.write
+            if full_table.length is not None and isinstance(numbers, LengthTable):  # no other lengths are needed
+                full_table = _with_constant_length(full_table, member.start[0], numbers.stock or member.start[0])
+            full_member = build_deploying(case, name, full_table)
+        return full_member.body, partial(_fields, full_member.shapes)
 
     added = getattr(member.shapes.functions, "added", np.zeros(member.shapes.functions.count, bool))
     requested = np.linalg.lstsq(member.shapes.X, np.eye(len(added))[:, ~added], rcond=None)[0]
-    source = Deployed(np.asarray(requested, float), partial(_fields, member.shapes), richer)
+    source = Deployed(np.asarray(requested, float), partial(_fields, member.shapes), resolved)
     return Origin(source)
 
 

@@ -1,8 +1,9 @@
-"""Systems and bodies of cases, with the strain forms and additional shapes that their tables leave open.
+"""Systems and bodies of cases, with the strain forms and static shapes that their tables leave open.
 
-One pass: bodies as their tables say, with linear strain where that is open; their system; its motion with all bodies
-rigid, and the elastic response to it in richer sets; from these the static shapes of joints and the strain of each
-body. The bodies that get either are built once more, from the same structures.
+One pass, in this order: the tables give bodies with linear strain and all static shapes of their joints; these give a
+first system; its motion is estimated with all bodies rigid, and with the small elastic response to that; from this
+follow the static shapes and the strain of each body; the bodies are built once more where these differ, and give the
+system of the run. Only a case with [initial], whose motion begins elsewhere, is estimated a second time.
 """
 
 from __future__ import annotations
@@ -10,7 +11,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from femflex.advice.buckling.margin import (
 from femflex.advice.curved import shape_notes
 from femflex.advice.limits import LARGE_DISPLACEMENT
 from femflex.advice.model_warnings import model_warnings
-from femflex.advice.motion_estimate import MotionEstimate, estimate_motion, estimate_rigid_motion
+from femflex.advice.motion_estimate import MotionEstimate, RigidEstimate, estimate_motion, estimate_rigid_motion
 from femflex.advice.strain import strain_advice
 from femflex.advice.truncation import CraftModes, are_assessable, truncation_warnings, unassessed_truncation
 from femflex.arrays import Array
@@ -114,7 +114,7 @@ def with_own_joints(case: Case) -> Case:
         return case
     with shared_structures():
         first = _first_craft(case)
-        return with_joints(case, _choices(joint_choices(case, first.crafts)))
+        return with_joints(case, {name: entry.choice for name, entry in joint_choices(case, first.crafts).items()})
 
 
 def _with_given_bodies(case: Case, bodies: Mapping[str, Part]) -> ResolvedCase:
@@ -165,42 +165,65 @@ def _first_craft(case: Case, thorough: bool = False) -> FirstCraft:
 
 
 def _resolve_open_choices(case: Case, thorough: bool, loaded: bool) -> ResolvedCase:
-    names, first = open_strains(case), _first_craft(case, thorough)
-    estimate, origins, duration = first.estimate, first.origins, first.duration
+    first, names = _first_craft(case, thorough), open_strains(case)
     joints = joint_choices(case, first.crafts)
-    resolved = with_joints(case, _choices(joints))
-    advised, margins = dict[str, Advice](), dict[str, BucklingMargin]()
-    if estimate is not None and case.initial is not None and (names or thorough):  # the motion begins there
-        started, origins = system_with_origins(linear := _with_linear_strain(resolved), _built_quietly(linear))
-        estimate = estimate_motion(started, duration)
-    if estimate is not None and (names or thorough):
-        system = estimate.model.system
-        margins = buckling_margins(estimate.rigid, system, origins)
-        elastic = [name for name, body in system.bodies.items() if body.n_modes and body.strain_form == "linear"]
-        advised = strain_advice(system, elastic, margins, estimate, origins, _largest_spin(case))
+    resolved = with_joints(case, {name: entry.choice for name, entry in joints.items()})
+    estimate, origins = _estimate_from_start(resolved, first) if names or thorough else (first.estimate, first.origins)
+    judged = estimate if names or thorough else None
+    margins = {} if judged is None else buckling_margins(judged.rigid, judged.model.system, origins)
+    advised = {} if judged is None else _advised_strains(case, judged, origins, margins)
     chosen = forms_that_exist(resolved, origins, {name: advised[name] for name in names if name in advised})
     forms: dict[str, Strain] = {name: chosen[name].choice if name in chosen else "linear" for name in names}
     resolved = with_strains(resolved, forms)
     built = built_bodies(resolved)
     system, origins = system_with_origins(resolved, built)
-    rigid, shortfall = (None, "") if estimate is None else (estimate.rigid, estimate.shortfall)
-    if estimate is None and assessed_bodies(system, origins):
-        rigid, shortfall = estimate_rigid_motion(system, duration)
-    if loaded and not names and not thorough:
+    rigid, shortfall = _rigid_estimate(estimate, system, origins, first.duration)
+    if loaded and judged is None:
         margins = buckling_margins(rigid, system, origins)
     others = [name for name in advised if name not in names and _is_linear(system, name)]
     doubts = [strain_doubt(system, origins, advised[name]) for name in others]
     advice = [*joints.values(), *chosen.values(), *(entry for entry in doubts if entry.doubt)]
     advice += [Advice(name, subject, None, text) for name, body in built.items() for subject, text in body.notes]
     advice += shape_notes(system.bodies, origins)
-    advice += unassessed_bodies(system, origins, rigid, shortfall if rigid is None else rigid.shortfall)
+    advice += unassessed_bodies(system, origins, rigid, shortfall)
     advice += unassessed_truncation(first.crafts[0])
     advice += buckling_warnings(system, origins, margins)
     advice += truncation_warnings(first.crafts, case.run.band or 0.0)
     advice += _large_displacements(resolved, system)
-    advice += model_warnings(system, origins, duration)
+    advice += model_warnings(system, origins, first.duration)
     known = {name: body.origin for name, body in built.items() if body.origin}
     return ResolvedCase(resolved, system, tuple(advice), known)
+
+
+def _estimate_from_start(case: Case, first: FirstCraft) -> tuple[MotionEstimate | None, BodyOrigins]:
+    """The estimated motion of a craft from the state of its [initial], and the origins of its bodies."""
+    if case.initial is None:
+        return first.estimate, first.origins
+    linear = _with_linear_strain(case)
+    system, origins = system_with_origins(linear, _built_quietly(linear))
+    return estimate_motion(system, first.duration), origins
+
+
+def _advised_strains(
+    case: Case, estimate: MotionEstimate, origins: BodyOrigins, margins: Mapping[str, BucklingMargin]
+) -> dict[str, Advice]:
+    """The strain of each elastic body that has linear strain in the estimated motion."""
+    system = estimate.model.system
+    linear = [name for name in system.bodies if _is_linear(system, name)]
+    return strain_advice(system, linear, margins, estimate, origins, _largest_spin(case))
+
+
+def _rigid_estimate(
+    estimate: MotionEstimate | None, system: System, origins: BodyOrigins, duration: float
+) -> tuple[RigidEstimate | None, str]:
+    """The motion with all bodies rigid, or None where no body needs it or it fails; and its shortfall."""
+    if estimate is not None:
+        rigid, shortfall = estimate.rigid, estimate.shortfall
+    elif assessed_bodies(system, origins):
+        rigid, shortfall = estimate_rigid_motion(system, duration)
+    else:
+        return None, ""
+    return rigid, shortfall if rigid is None else rigid.shortfall
 
 
 def _with_linear_strain(case: Case) -> Case:
@@ -212,10 +235,6 @@ def _built_quietly(case: Case) -> Built:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)
         return built_bodies(case)
-
-
-def _choices(advice: Mapping[str, Advice]) -> dict[str, Any]:
-    return {name: entry.choice for name, entry in advice.items()}
 
 
 def _large_displacements(case: Case, system: System) -> list[Advice]:

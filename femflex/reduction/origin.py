@@ -56,17 +56,17 @@ Fields = Callable[[Array], Array]
 
 @dataclass(frozen=True, eq=False)
 class Deployed:
-    """A deploying member at its initial length, and a function that builds it with more functions.
+    """A deploying member at its initial length, and a function that resolves it by polynomials.
 
     requested  (n, k) coordinates of its functions without added static shapes
     fields     displacements [m] and twist (k, m, n) of its n columns at k positions xi along the length; m = 4 (u, v, w
                and twist) for beams and tethers
-    richer     builds its body and its fields with a larger set
+    resolved   builds the member and its fields with many polynomials, by which its functions are judged
     """
 
     requested: Array
     fields: Fields
-    richer: Callable[[], tuple[FlexibleBody, Fields]]
+    resolved: Callable[[], tuple[FlexibleBody, Fields]]
 
 
 @dataclass(frozen=True, eq=False)

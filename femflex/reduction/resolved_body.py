@@ -107,7 +107,7 @@ def _resolved_beam(source: Analytic, body: FlexibleBody, markers: Sequence[str])
 
 
 def _resolved_member(source: Deployed, body: FlexibleBody, markers: Sequence[str]) -> ResolvedBody:
-    full, fields = source.richer()
+    full, fields = source.resolved()
     xi = gauss(points_for(full.n_modes + ADDED_POLYNOMIALS))[0]
     return _resolved_by_functions(full.with_linear_strain(), _coordinates(fields(xi), source.fields(xi)), body, markers)
 
