@@ -69,7 +69,7 @@ class BodyOrigin:
             return source.modes.groups[0] if source.modes.held.size else ""
         return "root"
 
-    def place(self, body: FlexibleBody, marker: str) -> str:
+    def place_of_marker(self, body: FlexibleBody, marker: str) -> str:
         """The mesh group, or the end, of a marker of the body; empty where static shapes have no such place."""
         source = self.origin.source
         if isinstance(source, Meshed):

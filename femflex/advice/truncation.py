@@ -156,7 +156,7 @@ def _loads_at(craft: CraftModes, name: str, places: Collection[str]) -> dict[Pla
     assert craft.modes is not None
     body, origin = craft.modes.system.bodies[name], craft.origins[name]
     markers = sorted(joint_markers(craft.system).get(name, ()))
-    by_group = {origin.place(body, marker): body.marker(marker).loads for marker in markers}
+    by_group = {origin.place_of_marker(body, marker): body.marker(marker).loads for marker in markers}
     by_group[origin.root] = body.moments.acceleration_loads() * (not _has_fixed_root(craft.system, name))
     by_group = {group: loads for group, loads in by_group.items() if group in places}
     if not isinstance(origin.origin.source, Meshed):

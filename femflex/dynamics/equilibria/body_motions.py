@@ -37,7 +37,7 @@ class BodyMotion:
         """slide, turn and shape (., k) of motions (m, k), which may be complex."""
         return self.slide @ motion, self.turn @ motion, self.shape @ motion
 
-    def along(self, motion: Array) -> BodyMotion:
+    def in_motions(self, motion: Array) -> BodyMotion:
         """The body along other increments, the columns of motion (m, k)."""
         return replace(self, slide=self.slide @ motion, turn=self.turn @ motion, shape=self.shape @ motion)
 

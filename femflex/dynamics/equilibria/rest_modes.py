@@ -70,7 +70,7 @@ def rest_modes(system: System) -> RestModes:
     squares = np.where(squares > RIGID_BELOW**2 * softest, squares, 0.0)
     elastic = (squares > 0.0) & (energy > ELASTIC * squares)
     moving = body_motions(model, rest)
-    frames = {name: body.along(phi_u) for name, body in moving.items()}
+    frames = {name: body.in_motions(phi_u) for name, body in moving.items()}
     return RestModes(np.sqrt(squares), elastic, shapes, system, frames)
 
 
