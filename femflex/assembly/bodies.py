@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -81,17 +82,18 @@ def built_bodies(case: Case) -> dict[str, BuiltBody]:
     Raises CaseError with the problems of all bodies together.
     """
     bodies: dict[str, BuiltBody] = {}
-    built_by_table: dict[str, BuiltBody] = {}
+    built_by_inputs: list[tuple[Inputs, BuiltBody]] = []
     problems: list[Problem] = []
     for name in case.bodies:
-        key = _table_key(case, name)
-        if key in built_by_table:
-            bodies[name] = built_by_table[key]
-            continue
+        inputs = _inputs(case, name)
+        alike = next((built for other, built in built_by_inputs if other == inputs), None)
         try:
-            bodies[name] = built_by_table[key] = built_body(case, name)
+            bodies[name] = built_body(case, name) if alike is None else alike
         except CaseError as error:
             problems += error.problems
+            continue
+        if alike is None:
+            built_by_inputs.append((inputs, bodies[name]))
     if problems:
         raise CaseError(case.path.name, problems)
     return bodies
@@ -125,25 +127,38 @@ def built_body(
     shared = shared_parts()
     if shared is None:
         return _build_body(case, name, modes, refine, segments, draft)
-    without_bodies = case.model_copy(update={"bodies": {}, "initial": None})
-    key = f"{case.path} {name} {modes} {refine} {segments} {draft} {_table_key(case, name)} {without_bodies!r}"
-    return shared.body(key, lambda: _build_body(case, name, modes, refine, segments, draft))
+    others = {key: value for key, value in vars(case).items() if key not in ("bodies", "initial")}
+    inputs = Inputs((case.path, name, modes, refine, segments, draft, *_inputs(case, name).values), others)
+    return shared.body(inputs, lambda: _build_body(case, name, modes, refine, segments, draft))
 
 
-def _table_key(case: Case, name: str) -> str:
-    """A text that is equal for bodies built alike: the table without its initial state, its loads and used markers."""
-    table = case.bodies[name]
+@dataclass(frozen=True)
+class Inputs:
+    """All that a body is built from: values, equal for bodies alike, and tables, the same objects for these."""
+
+    values: tuple[Any, ...]
+    tables: Mapping[str, Any] = field(default_factory=dict)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether the other inputs build the same body."""
+        if not isinstance(other, Inputs) or self.tables.keys() != other.tables.keys():
+            return False
+        return self.values == other.values and all(self.tables[key] is other.tables[key] for key in self.tables)
+
+
+def _inputs(case: Case, name: str) -> Inputs:
+    """The table of a body without its initial state, its loads, and the markers and groups that are used."""
+    table, context, excluded = case.bodies[name], list[Any](), {"initial": None}
     if isinstance(table, FlexibleTable) and isinstance(table.reduction, Stretchable) and table.reduction.joints == {}:
         as_open = table.reduction.model_copy(update={"joints": None})  # this builds the same body
         table = table.model_copy(update={"reduction": as_open})
-    context, excluded = [str(sorted(turning_markers(case, name))), str(patch_groups(case, name))], {"initial"}
     if isinstance(table, DeployingTable) and table.length is not None and table.length.profile is not None:
-        context.append(str(table.length.profile(case.path.parent).numbers))
-        excluded.add("length")
+        context.append(table.length.profile(case.path.parent).numbers.tolist())
+        excluded["length"] = None
     if isinstance(table, FlexibleTable):
-        context.append(str(acting_loads(case, name, table, marker_groups(table))))
-        context.append(str(sorted(load_sets_of(case, name, table))))
-    return f"{type(table).__name__} {table.model_dump_json(exclude=excluded)} {context}"
+        context += [acting_loads(case, name, table, marker_groups(table)), sorted(load_sets_of(case, name, table))]
+    used = turning_markers(case, name), patch_groups(case, name)
+    return Inputs((table.model_copy(update=excluded), *used, *context))
 
 
 def _build_body(case: Case, name: str, modes: int | None, refine: int, segments: int | None, draft: bool) -> BuiltBody:

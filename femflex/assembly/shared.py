@@ -19,29 +19,33 @@ from femflex.fem import Structure
 T = TypeVar("T")
 
 
+Entries = list[tuple[Any, Any, list[Warning]]]  # inputs, what was built from them, and the warnings then
+
+
 @dataclass(frozen=True, eq=False)
 class SharedParts:
-    """Structures and bodies by keys made of their tables, each with the warnings issued when it was built."""
+    """Structures and bodies with their inputs, each with the warnings issued when it was built."""
 
-    structures: dict[str, tuple[Structure, list[Warning]]] = field(default_factory=dict)
-    parts: dict[str, tuple[Any, list[Warning]]] = field(default_factory=dict)
+    structures: Entries = field(default_factory=list)
+    parts: Entries = field(default_factory=list)
 
-    def structure(self, key: str, make: Callable[[], Structure]) -> Structure:
-        """The structure of this key, built by `make` at the first request."""
-        return _build_once(self.structures, key, make)
+    def structure(self, inputs: object, make: Callable[[], Structure]) -> Structure:
+        """The structure of these inputs, built by `make` at the first request."""
+        return _build_once(self.structures, inputs, make)
 
-    def body(self, key: str, make: Callable[[], T]) -> T:
-        """The body of this key, built by `make` at the first request."""
-        return _build_once(self.parts, key, make)
+    def body(self, inputs: object, make: Callable[[], T]) -> T:
+        """The body of these inputs, built by `make` at the first request."""
+        return _build_once(self.parts, inputs, make)
 
 
-def _build_once(parts: dict[str, tuple[T, list[Warning]]], key: str, make: Callable[[], T]) -> T:
-    if key not in parts:
+def _build_once(entries: Entries, inputs: object, make: Callable[[], T]) -> T:
+    if all(known != inputs for known, *_ in entries):
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            part = make()
-        parts[key] = part, [_as_warning(warning.message) for warning in caught]
-    part, messages = parts[key]
+            built = make()
+        entries.append((inputs, built, [_as_warning(warning.message) for warning in caught]))
+    part: T
+    _, part, messages = next(entry for entry in entries if entry[0] == inputs)
     for message in messages:
         warnings.warn(message, stacklevel=4)
     return part
@@ -71,5 +75,5 @@ def shared_structures() -> Iterator[None]:
         yield
     finally:
         _SHARED.reset(token)
-        for structure, _ in shared.structures.values():
+        for _, structure, _ in shared.structures:
             structure.forget()

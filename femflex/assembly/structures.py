@@ -102,11 +102,12 @@ def structure_of(case: Case, name: str, table: FlexibleTable, refine: int = 0) -
         return build_structure_of(case, name, table, build_mesh(case, name, table, refine))
     keys = {"mesh", "deck", "units", "overrides", "mesh_unit", "groups", "refine", "members", "markers"}
     keys_of_structure = keys | {"connections", "regions", "point_masses", "bushings"}
-    parts = [table.model_dump_json(include=keys_of_structure), *case.materials.items(), *case.sections.items()]
-    key = f"{case.path} {refine} {default_options(table)} {supports_of(getattr(table.reduction, 'clamp', {}))} {parts}"
-    is_new = key not in shared.structures
+    supports = supports_of(getattr(table.reduction, "clamp", {}))
+    tables = case.materials, case.sections, table.model_dump(include=keys_of_structure)
+    inputs = case.path, refine, default_options(table), supports, tables
+    is_new = all(known != inputs for known, *_ in shared.structures)
     structure = shared.structure(
-        key, lambda: build_structure_of(case, name, table, build_mesh(case, name, table, refine))
+        inputs, lambda: build_structure_of(case, name, table, build_mesh(case, name, table, refine))
     )
     if not is_new and (problems := list(mesh_problems(name, table, structure.mesh))):
         raise CaseError(case.path.name, problems)
