@@ -133,6 +133,11 @@ def _reduced_beam(
     return with_stretch_of_slaved(condense(body, range(n, body.n_modes), lambda free: V3), body, n)
 
 
+def small_motion_beam(beam: UniformBeam, functions: BeamFunctions) -> FlexibleBody:
+    """The body of a straight beam whose coordinates are the functions, for small motions about rest only."""
+    return _reduced_beam(beam, functions, None, False, "linear")
+
+
 def beam_fields(beam: UniformBeam, functions: BeamFunctions, xi: Array, orthonormal: bool = True) -> Array:
     """Displacements and twist (n_xi, 4, n) at xi (n_xi,) [1] per coordinate of `beam_body` with linear strain."""
     at, weight = gauss(points_for(functions.max_count))

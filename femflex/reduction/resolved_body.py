@@ -27,7 +27,7 @@ from scipy import sparse
 
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
-from femflex.reduction.admissible import beam_body, beam_fields
+from femflex.reduction.admissible import beam_fields, small_motion_beam
 from femflex.reduction.beams.beam_functions import gauss, points_for
 from femflex.reduction.beams.uniform_beam import BeamFunctions
 from femflex.reduction.boundary.markers import marker_rows
@@ -101,7 +101,7 @@ def _resolved_beam(source: Analytic, body: FlexibleBody, markers: Sequence[str])
     more = {key: count and count + ADDED_POLYNOMIALS for key, count in counts.items()}
     polynomials = BeamFunctions(**more, family="polynomial", ends=functions.ends)
     xi = gauss(points_for(polynomials.max_count))[0]
-    full = beam_body(source.beam, polynomials, orthonormal=False)
+    full = small_motion_beam(source.beam, polynomials)
     basis, fields = beam_fields(source.beam, polynomials, xi, False), beam_fields(source.beam, functions, xi)
     return _resolved_by_functions(full, _coordinates(basis, fields), body, markers)
 
