@@ -60,9 +60,10 @@ def _compiled() -> str:
     """Simulate a spinning body, and say how long it took and where compiled code is stored."""
     import numpy as np
 
-    from femflex import System, rigid_body, simulate
+    from femflex.body import rigid_body
     from femflex.kernels.cache import cache_folders
-    from femflex.system import free
+    from femflex.pipeline.simulate import simulate
+    from femflex.system import System, free
 
     begin = time.perf_counter()
     run = simulate(

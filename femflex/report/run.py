@@ -119,7 +119,8 @@ def _scene_notes(craft: MovingCraft, rows: int) -> list[str]:
 
 
 def _warnings(run: Run) -> str:
-    doubts = [entry for entry in json.loads(str(run.attributes.get("advice") or "[]")) if entry["doubt"]]
+    said = [entry for key in ("advice", "watches") for entry in json.loads(str(run.attributes.get(key) or "[]"))]
+    doubts = [entry for entry in said if entry["doubt"]]
     texts = [f"{entry['body'] or 'craft'}: {entry['reason']}" for entry in doubts]
     return listed(texts) if texts else paragraphs(["None."])
 
