@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from femflex.arrays import IntArray
-from femflex.decks.findings import UnusedCard
+from femflex.decks.findings import BY_MATRICES, UnusedCard
 from femflex.decks.singular import singular_components
 from femflex.decks.units import Units
 from femflex.fem import Bushing, Member, PointMass, ScalarSpring, Structure, Support, build_structure
@@ -120,7 +120,7 @@ class Deck:
         if not structure.K.diagonal().any():  # a rigid body
             return self
         points = np.array(sorted(self.points_of_ids.values()), np.int64)
-        singular = singular_components(structure, points, structure.constrained_dofs(active).tolist())
+        singular = singular_components(structure, points)
         supported = {
             (int(node), component)
             for group, support in active.items()
@@ -134,8 +134,9 @@ class Deck:
                 nodes = nodes[[any((int(n), c) not in supported for c in support.components) for n in nodes]]
             if len(nodes):
                 groups[f"autospc-{k + 1}"], new_supports[f"autospc-{k + 1}"] = nodes, support
+        notes = self._note_loose(structure, [*structure.constrained_dofs(active)], [*groups.values()])
         if not new_supports:
-            return self
+            return replace(self, notes=(*self.notes, *notes)) if notes else self
         count = sum(len(support.components) * len(groups[name]) for name, support in new_supports.items())
         text = (
             f"{count} components of nodes have no stiffness and are fixed (as by AUTOSPC; set of supports 'autospc'): "
@@ -147,8 +148,22 @@ class Deck:
             mesh=self.mesh.with_groups(points=groups),
             supports={**self.supports, "autospc": new_supports},
             default_supports=(*self.default_supports, "autospc"),
-            notes=(*self.notes, text),
+            notes=(*self.notes, text, *notes),
         )
+
+    def _note_loose(self, structure: Structure, held: list[int], fixed: list[IntArray]) -> list[str]:
+        """A note, if any, on dofs without stiffness that are neither held (their numbers) nor at fixed nodes."""
+        loose = np.setdiff1d(np.flatnonzero(structure.K.diagonal() == 0), held)
+        motion = abs(structure.translation[:, loose]) + abs(structure.rotation[:, loose])
+        nodes = np.setdiff1d(motion.tocoo().coords[0] // 3, np.concatenate([np.zeros(0, np.int64), *fixed]))
+        names = [self.point_names().get(int(node), "") for node in nodes]
+        if not (names := [name for name in names if name]):
+            return []
+        more = f" and {len(names) - MAX_SHOWN} more" if len(names) > MAX_SHOWN else ""
+        return [
+            f"no stiffness at {', '.join(names[:MAX_SHOWN])}{more} in a direction beside one that a connection ties, "
+            f"askew to the axes of the deck; it is not fixed as by AUTOSPC. Support it, or {BY_MATRICES}"
+        ]
 
     def _list_supports(self, singular: list[tuple[IntArray, Support]]) -> str:
         """Text that lists components and the numbers of their nodes in the deck, the first MAX_SHOWN of each."""

@@ -10,6 +10,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 MAX_SHOWN = 20  # maximum number of problems in the text of a DeckError
+BY_MATRICES = (
+    "export mass and stiffness with the solver and give the body by its matrices (kind = 'matrices', how-to Matrices)"
+)
 
 
 def toml_key(name: str) -> str:

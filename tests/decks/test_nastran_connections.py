@@ -215,25 +215,6 @@ def test_cbush_acts_at_its_location(tmp_path, where, at):
     assert on_grids(deck, "K") == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
 
 
-@pytest.mark.parametrize("kind", ["K", "Z"])
-def test_genel_has_the_energy_of_its_matrix(tmp_path, kind):
-    """(u_i - S u_d)^T K (u_i - S u_d) / 2 with translations and rotations among both, along the axes of their grids."""
-    own, other = [(1, 2), (2, 4), (2, 1)], [(3, 1), (1, 6)]
-    K = np.array([[90.0, 20.0, -10.0], [20.0, 70.0, 15.0], [-10.0, 15.0, 60.0]])
-    S = np.array([[0.3, -1.2], [0.05, 0.7], [0.6, 0.4]])
-    given = K if kind == "K" else np.linalg.inv(K)
-    words = ["GENEL", "9", ""]
-    words += [str(v) for pair in own for v in pair] + ["UD", ""] + [str(v) for pair in other for v in pair]
-    words += [kind, *(f"{given[i, j]:.14g}" for j in range(3) for i in range(j, 3)), "S", *(f"{v}" for v in S.ravel())]
-    card = [",".join(words[:9]), *("," + ",".join(words[k : k + 8]) for k in range(9, len(words), 8))]
-    masses = [f"CONM2,{90 + g},{g},,1.\n,1.,,1.,,,1." for g in (1, 2, 3)]
-    deck = read_deck_of_cards(tmp_path, *CARDS, *masses, *card, control="ECHO = NONE", units="in-lbf-s")
-    rows = [np.array([direction(g, c) / (INCH if c <= 3 else 1.0) for g, c in pairs]) for pairs in (own, other)]
-    B = rows[0] - S @ rows[1]
-    expected = B.T @ K @ B * POUND_FORCE * INCH
-    assert on_grids(deck, "K") == pytest.approx(expected, abs=1e-8 * np.abs(expected).max())
-
-
 def components(deck, grid: int, names: str) -> np.ndarray:
     """Components of a grid along its own axes over the dofs."""
     T = motions(structure_of(deck), grid, deck.points_of_ids)

@@ -114,27 +114,6 @@ def test_pbeam_stations_and_centres(tmp_path):
     assert member.options["mass_centre"] == pytest.approx((own * N + more * M) / (own + more) - N)
 
 
-def test_pbcomp_areas(tmp_path):
-    """Three areas of two materials, not mirrored, with product of inertia, centres and nonstructural mass."""
-    parts = [(0.6, 0.3, 0.5, 1), (-0.2, 0.7, 0.3, 2), (-0.5, -0.4, 0.2, 1)]
-    lines = "\n".join(f",{y},{z},{c},{mid}" for y, z, c, mid in parts)
-    card = f"PBCOMP,3,1,2.,,,,.2,.004\n,.7,.6,.05,.06,.12,-.15,5\n{lines}"
-    member = beam_of(tmp_path, "CBEAM", card, MAT1, f"MAT1,2,{3 * E},{G},,{2 * RHO}")
-    y, z, c = (np.array([p[k] for p in parts]) for k in range(3))
-    stiff, dense = 2 * c * np.array([E, 3 * E, E]), 2 * c * np.array([RHO, 2 * RHO, RHO])
-    s = member.section
-    assert s.EA == pytest.approx(stiff.sum() * F)
-    bends(member, *(v * F * L**2 for v in (stiff @ y**2, stiff @ z**2, stiff @ (y * z))))
-    assert s.mass_per_length == pytest.approx((dense.sum() + 0.004) * MASS / L * WT)
-    assert [s.GAy, s.GAz] == pytest.approx(shear_factors(member, 0.7, 0.6) * G * 2 * F)
-    assert s.GJ == pytest.approx(G * 0.2 * F * L**2)
-    N, M = own_axes(member) @ [0.12 * L, -0.15 * L], own_axes(member) @ [0.05 * L, 0.06 * L]
-    assert member.options["offset"] == pytest.approx(N)
-    assert member.options["mass_centre"] == pytest.approx(
-        (dense.sum() * N + 0.004 * M) / (dense.sum() + 0.004) - N, rel=1e-6
-    )
-
-
 @pytest.mark.parametrize(
     ("cards", "area", "J", "nsm"),
     [

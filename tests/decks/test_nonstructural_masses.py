@@ -9,7 +9,7 @@ import pytest
 from support.abaqus_decks import STEEL as ABAQUS_STEEL
 from support.abaqus_decks import beam, brick, deck
 from support.abaqus_decks import frequencies as abaqus_frequencies
-from support.nastran_decks import STEEL, bar, lines, plate, read_deck_of_cards
+from support.nastran_decks import STEEL, bar, plate, read_deck_of_cards
 
 from femflex.decks.report import mass_and_centre
 
@@ -30,15 +30,12 @@ def assert_equal_matrices(folder: Path, cards: list[str], others: list[str], con
 @pytest.mark.parametrize(
     "card",
     [
-        "NSM,5,PSHELL,3,7.",
         "NSM1,5,PSHELL,7.,3",
         "NSM1,5,PSHELL,7.,ALL",
         "NSM1,5,PSHELL,7.,1,THRU,9",
         "NSM1,5,ELEMENT,7.,100,THRU,107",
-        "NSML,5,PSHELL,3,3.5",
-        "NSML1,5,PSHELL,3.5,3",
-        "NSML1,5,ELEMENT,3.5,100,101,102,103,104\n,105,106,107",
-        "NSML1,5,ELSET,3.5,9",
+        "NSM1,5,ELEMENT,7.,100,101,102,103,104\n,105,106,107",
+        "NSM1,5,ELSET,7.,9",
     ],
 )
 def test_nsm_of_a_plate_equals_that_of_its_property(card: str, tmp_path: Path):
@@ -57,18 +54,17 @@ def test_nsm_of_facets_bars_and_rods(tmp_path: Path):
         [*corners, *facets, PANEL.replace("1,,1", "1,,1,,2."), STEEL, fixed],
     )  # fmt: skip
     light, heavy = bar(), bar(section="PBAR,3,1,1.E-3,2.E-7,8.E-7,1.E-6,0.5")
-    assert_equal_matrices(tmp_path, [*light, "NSM,5,PBAR,3,0.5"], heavy)
-    assert_equal_matrices(tmp_path, [*light, "NSML1,5,PBAR,1.,3"], heavy)  # 2 m
+    assert_equal_matrices(tmp_path, [*light, "NSM1,5,PBAR,.2,3", "NSM1,5,ELEMENT,.3,ALL", "NSML,6,PBAR,3,9."], heavy)
     rod = [*corners[:2], "CROD,1,2,1,2", "CONROD,2,1,2,1,1.E-4", "PROD,2,1,1.E-4", STEEL]
     rod += ["SPC1,1,123456,1", "SPC1,1,23456,2"]
     own = ["CONROD,2,1,2,1,1.E-4,,,0.3" if card.startswith("CONROD") else card for card in rod]
     own = ["PROD,2,1,1.E-4,,,0.2" if card.startswith("PROD") else card for card in own]
-    assert_equal_matrices(tmp_path, [*rod, "NSM,5,PROD,2,0.2", "NSM,5,CONROD,2,0.3"], own)
+    assert_equal_matrices(tmp_path, [*rod, "NSM1,5,PROD,0.2,2", "NSM1,5,CONROD,0.3,2"], own)
 
 
 def test_nsm_of_single_elements(tmp_path: Path):
     """Of a bar along x: its mass and its centre, by the masses of the pieces."""
-    cards = [*bar(), *lines("NSM", 5, "ELEMENT", 1, 0.4, 3, 0.8, 7, 0.2), "NSML,5,ELEMENT,8,3."]
+    cards = [*bar(), *(f"NSM1,5,ELEMENT,{m},{n}" for n, m in ((1, 0.4), (3, 0.8), (7, 0.2), (8, 12.0)))]
     mass, centre = mass_and_centre(read_deck_of_cards(tmp_path, *cards, control=IN_FORCE).structure())
     pieces = [(7850 * 1e-3 * 2, 1.0), (0.1, 0.125), (0.2, 0.625), (0.05, 1.625), (3.0, 1.875)]
     assert mass == pytest.approx(sum(m for m, _ in pieces))

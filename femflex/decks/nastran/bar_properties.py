@@ -1,4 +1,4 @@
-"""Properties of bars and beams: PBAR, PBARL, PBEAM, PBEAML, PBEAM3 and PBCOMP; in SI, at one or more stations."""
+"""Properties of bars and beams: PBAR, PBARL, PBEAM, PBEAML and PBCOMP; in SI, at one or more stations."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from femflex.decks.findings import BY_MATRICES
 from femflex.decks.nastran.bar_shapes import SHAPES, shape_of
 from femflex.decks.nastran.bulk import Bulk
 from femflex.decks.nastran.card import Card
-from femflex.decks.nastran.lumped_areas import UNCONFIRMED, lumped_parts
 from femflex.decks.nastran.materials import Materials
 
 STATIONS = 11  # maximum number of stations of a PBEAM
@@ -83,7 +83,6 @@ class BarProperties:
             ("PBARL", self._pbarl),
             ("PBEAM", self._pbeam),
             ("PBEAML", self._pbeaml),
-            ("PBEAM3", self._pbeam3),
             ("PBCOMP", self._pbcomp),
         ):
             bulk.for_each_card(lambda card, read=read: self._add(card, read), name)  # type: ignore[misc]
@@ -220,47 +219,19 @@ class BarProperties:
         N = (card.real(k + 12, 0.0) * l, card.real(k + 13, 0.0) * l)
         return self._bar_property(card, stations, K1, K2, (E, G, rho), N, M)
 
-    def _pbeam3(self, card: Card) -> BarProperty:
-        l, m, _ = self._lengths()
-        E, G, rho = self._materials(card.integer(1)).bar()
-        if card.words_from(16):
-            raise ValueError(
-                f"{card} varies along its elements or has shear factors; give A, Iz, Iy, Iyz, J and NSM alone"
-            )
-        A, I1, I2, I12, J = (card.real(k, 0.0) for k in (2, 3, 4, 5, 6))
-        station = Station(A * l**2, I1 * l**4, I2 * l**4, I12 * l**4, J * l**4, card.real(7, 0.0) * m)
-        return BarProperty(card.integer(0), (0.0, 1.0), (station,) * 2, 1.0, 1.0, E, G, rho, card)
-
     def _pbcomp(self, card: Card) -> BarProperty:
         l, m, _ = self._lengths()
-        E, G, rho = self._materials(card.integer(1)).bar()
+        if symmetry := card.integer(14, 0):
+            raise ValueError(
+                f"{card} has SECTION {symmetry}, lumped areas, which are not read; give A, I1, I2 and J of the whole "
+                f"section on a PBEAM, or {BY_MATRICES}"
+            )
+        moduli = self._materials(card.integer(1)).bar()
         N, M = ((card.real(k, 0.0) * l, card.real(k + 1, 0.0) * l) for k in (12, 10))
         A, nsm, J = card.real(2) * l**2, card.real(7, 0.0) * m, card.real(6, 0.0) * l**4
-        K1, K2 = card.real(8, 1.0), card.real(9, 1.0)
-        if (symmetry := card.integer(14, 0)) == 0:
-            I1, I2, I12 = (card.real(k, 0.0) * l**4 for k in (3, 4, 5))
-            stations = {0.0: Station(A, I1, I2, I12, J, nsm)}
-            return self._bar_property(card, stations, K1, K2, (E, G, rho), N, M)
-        parts = lumped_parts(card, symmetry)
-        if symmetry in UNCONFIRMED:
-            self._bulk.findings.note(
-                f"{card} at {card.location}: SECTION {symmetry} is taken as {UNCONFIRMED[symmetry]}; no public source "
-                "of these codes was found. Give all areas with SECTION 5 to be sure"
-            )
-        moduli = {mid: self._materials(mid).bar() for mid in {area.material for area in parts}}
-        if not E > 0:
-            raise ValueError(f"{card} names MAT1 {card.integer(1)}, which has no E; its lumped areas need one")
-        areas = np.array([area.fraction * A for area in parts])
-        stiff = areas * [moduli[area.material][0] / E for area in parts]
-        mass = areas @ [moduli[area.material][2] for area in parts]
-        y, z = (np.array([getattr(area, c) for area in parts]) * l for c in ("y", "z"))
-        if any(card.has(k) for k in (3, 4, 5)):
-            self._bulk.findings.note(f"{card}: I1, I2 and I12 are those of its lumped areas, not of its fields 5 to 7")
-        total = float(stiff.sum())
-        station = Station(total, float(stiff @ y**2), float(stiff @ z**2), float(stiff @ (y * z)), J, nsm)
-        return self._bar_property(
-            card, {0.0: station}, K1 * A / total, K2 * A / total, (E, G, float(mass) / total), N, M
-        )
+        I1, I2, I12 = (card.real(k, 0.0) * l**4 for k in (3, 4, 5))
+        stations = {0.0: Station(A, I1, I2, I12, J, nsm)}
+        return self._bar_property(card, stations, card.real(8, 1.0), card.real(9, 1.0), moduli, N, M)
 
     def _bar_property(
         self, card: Card, stations: dict[float, Station], K1: float, K2: float, moduli: tuple[float, float, float],

@@ -81,29 +81,37 @@ def _bar(model: NastranModel, card: Card) -> None:
         raise ValueError(f"{card} has pin flags for one plane alone and a section with I12; give principal axes")
     varies = any(s != bar.stations[0] for s in bar.stations)
     key = ("bar", pid, direction_key(orientation), number if varies or any(pins) else None, extra_mass)
-    section = bar_section(model, bar, length)
-    options = {"orientation": tuple(float(c) for c in orientation), **bar_options(model, bar, card)}
-    if any(pins):
-        nodes = [row for row, pin in zip(rows, pins, strict=True) if pin]
-        same_pins = len({pin for pin in pins if pin}) == 1
-        if len(nodes) == 2 and not same_pins:
-            middle = model.build.point((points[0] + points[1]) / 2)
-            for k, half in ((0, (rows[0], middle)), (1, (middle, rows[1]))):
-                add_bar(model, card, pid, half, (*key, k), section, options, pins[k], [rows[k]])
-            mark_displaced_and_rotated(model, ends)
-            return
-        add_bar(model, card, pid, tuple(rows), key, section, options, next(p for p in pins if p), nodes)
+    section = _bar_section(model, bar, length)
+    options = {"orientation": tuple(float(c) for c in orientation), **_bar_options(model, bar, card)}
+    same_pins = len({pin for pin in pins if pin}) < 2
+    nodes = [row for row, pin in zip(rows, pins, strict=True) if pin]
+    if same_pins or len(nodes) < 2:
+        pin = next((pin for pin in pins if pin), ())
+        _add_bar(model, card, pid, tuple(rows), key, section, options, pin, nodes)
     else:
-        add_bar(model, card, pid, tuple(rows), key, section, options, (), [])
-    mark_displaced_and_rotated(model, ends)
+        middle = model.build.point((points[0] + points[1]) / 2)
+        for k, half in ((0, (rows[0], middle)), (1, (middle, rows[1]))):
+            _add_bar(model, card, pid, half, (*key, k), section, options, pins[k], [rows[k]])
+    model.moving.update(ends)
+    model.turning.update(ends)
 
 
 def bar_vector(model: NastranModel, card: Card) -> Array | None:
-    """The orientation vector (3,) [m] of a CBAR or CBEAM in basic components; None: any, in a deck of Gmsh."""
+    """The orientation vector (3,) [m] of a CBAR or CBEAM in basic components, to a grid or from the card; None: any, in
+    a deck of Gmsh. Raises ValueError if there is none."""
     if model.bulk.raw.by_gmsh and card.is_integer(4) and not card.has(5):
         return None
-    first, default = card.integer(2), model.bars.defaults.get(card.name)
-    return bar_orientation(model, card, first, model.grids.axes(first), default, _offset_codes(card))
+    default = model.bars.defaults.get(card.name)
+    source = default if default is not None and not any(card.has(k) for k in (4, 5, 6)) else card
+    if source.is_integer(4) and not source.has(5) and not source.has(6):
+        grid = source.integer(4)
+        if grid not in model.grids:
+            raise ValueError(f"{card} is oriented by grid point {grid}, which no GRID card defines")
+        return model.grids[grid].position - model.grids[card.integer(2)].position
+    v = np.array(source.reals(4, 3))
+    if not v.any():
+        raise ValueError(f"{card} has no orientation vector; give X1, X2, X3 or G0")
+    return np.asarray(v @ model.grids.axes(card.integer(2)) if _offset_codes(card)[0] == "G" else v)
 
 
 def _offset_codes(card: Card) -> str:
@@ -111,12 +119,7 @@ def _offset_codes(card: Card) -> str:
     return word if word.isalpha() and len(word) == 3 else "GGG"
 
 
-def mark_displaced_and_rotated(model: NastranModel, grids: list[int]) -> None:
-    model.moving.update(grids)
-    model.turning.update(grids)
-
-
-def add_bar(
+def _add_bar(
     model: NastranModel, card: Card, pid: int, rows: tuple[int, ...], key: object, section: StiffnessSection,
     options: dict[str, object], pins: tuple[int, ...], released_rows: list[int],
 ) -> None:  # fmt: skip
@@ -127,25 +130,6 @@ def add_bar(
     model.build.cell(
         "line", rows, key, f"pid_{pid}", "beam", section, None, options, model.bulk.names_of(pid), card.integer(0)
     )
-
-
-def bar_orientation(
-    model: NastranModel, card: Card, first: int, axes: Array, default: Card | None, frames: str
-) -> Array:
-    """The orientation vector (3,) [m] in basic components, to a grid or from the card; axes (3, 3) of the first grid.
-
-    Raises ValueError if there is none.
-    """
-    source = default if default is not None and not any(card.has(k) for k in (4, 5, 6)) else card
-    if source.is_integer(4) and not source.has(5) and not source.has(6):
-        grid = source.integer(4)
-        if grid not in model.grids:
-            raise ValueError(f"{card} is oriented by grid point {grid}, which no GRID card defines")
-        return model.grids[grid].position - model.grids[first].position
-    v = np.array(source.reals(4, 3))
-    if not v.any():
-        raise ValueError(f"{card} has no orientation vector; give X1, X2, X3 or G0")
-    return np.asarray(v @ axes if frames[0] == "G" else v)
 
 
 def bar_frame(x: Array, v: Array | None, card: Card) -> Array:
@@ -171,7 +155,7 @@ def _end_point(model: NastranModel, grid: int, point: Array, name: str) -> int:
     return row
 
 
-def bar_section(model: NastranModel, bar: BarProperty, length: float) -> StiffnessSection:
+def _bar_section(model: NastranModel, bar: BarProperty, length: float) -> StiffnessSection:
     """The section of a bar along its length; zero values are replaced by very small ones."""
     stations = [principal(s)[1] for s in bar.stations]
     # as in Nastran, the value at mid-length governs a linear variation of A
@@ -226,7 +210,7 @@ def _shear_factors(bar: BarProperty) -> tuple[float, float]:
     return bar.K1 * bar.K2 / (c * bar.K2 + s * bar.K1), bar.K1 * bar.K2 / (s * bar.K2 + c * bar.K1)
 
 
-def bar_options(model: NastranModel, bar: BarProperty, card: Card) -> dict[str, object]:
+def _bar_options(model: NastranModel, bar: BarProperty, card: Card) -> dict[str, object]:
     """Options of the beam family: shear, and the positions of centroid, shear centre and mass centre of PBEAM."""
     has_shear = bar.K1 > 0 and bar.K2 > 0 and bar.G > 0
     if (bar.K1 > 0) != (bar.K2 > 0):

@@ -9,7 +9,6 @@ from pathlib import Path
 from femflex.decks.deck import Deck
 from femflex.decks.nastran.bar_properties import BarProperties
 from femflex.decks.nastran.bulk import bulk_of
-from femflex.decks.nastran.general_elements import read_general_elements
 from femflex.decks.nastran.grids import Grids
 from femflex.decks.nastran.line_elements import read_line_elements
 from femflex.decks.nastran.loads import read_loads
@@ -17,7 +16,6 @@ from femflex.decks.nastran.masses import finish_masses, read_masses
 from femflex.decks.nastran.materials import Materials
 from femflex.decks.nastran.model import NastranModel
 from femflex.decks.nastran.nonstructural_mass import NonstructuralMass
-from femflex.decks.nastran.older import modernise_cards
 from femflex.decks.nastran.rigid_elements import read_rigid_elements
 from femflex.decks.nastran.scalar_points import fix_absent_components, place_scalar_points
 from femflex.decks.nastran.sets import read_sets
@@ -26,7 +24,6 @@ from femflex.decks.nastran.solid_elements import read_solid_elements
 from femflex.decks.nastran.springs import finish_springs, read_springs
 from femflex.decks.nastran.supports import read_supports
 from femflex.decks.nastran.systems import Systems
-from femflex.decks.nastran.three_node_beams import read_three_node_beams
 from femflex.decks.nastran.unused import report_unused
 from femflex.decks.register import Overrides
 from femflex.decks.units import Units
@@ -39,7 +36,6 @@ def read_nastran_deck(path: Path, units: Units, overrides: Overrides) -> Deck:
     """The Deck of a Nastran file. Raises DeckError with all its problems."""
     raw = read_cards(path)
     bulk = bulk_of(raw, units, overrides)
-    modernise_cards(bulk)
     if not bulk.cards.get("GRID"):
         bulk.findings.problem(f"{path.name} has no GRID cards; it is no Nastran deck with a structure")
         bulk.findings.check(path)
@@ -62,17 +58,15 @@ def read_nastran_deck(path: Path, units: Units, overrides: Overrides) -> Deck:
     materials = Materials(bulk)
     grids = Grids(bulk, systems)
     model = NastranModel(
-        bulk, systems, grids, materials, BarProperties(bulk, materials), NonstructuralMass(bulk, grids),
+        bulk, systems, grids, materials, BarProperties(bulk, materials), NonstructuralMass(bulk),
         scalar_points=scalar_points,
     )  # fmt: skip
     read_line_elements(model)
-    read_three_node_beams(model)
     read_shell_elements(model)
     read_solid_elements(model)
     read_rigid_elements(model)
     read_masses(model)
     read_springs(model)
-    read_general_elements(model)
     fix_absent_components(model)
     _add_lone_grids(model)
     finish_springs(model)

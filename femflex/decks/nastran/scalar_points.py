@@ -1,7 +1,7 @@
 """Scalar points, which model absorbers and sloshing liquid, as grid points of which one component exists.
 
-A scalar point has one degree of freedom and no position. It is placed at the grid point that its springs, equations
-and matrices join it to, and moves along the component that they name there. Its other components do not exist.
+A scalar point has one degree of freedom and no position. It is placed at the grid point that its springs and equations
+join it to, and moves along the component that they name there. Its other components do not exist.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from femflex.decks.nastran.model import WORDS, NastranModel
 from femflex.fem import MultiPointConstraint
 
 Component = tuple[int, int]  # number of a grid point, and 1 to 6
-ELEMENTS = ("CELAS1", "CELAS2", "MPC", "CMASS1", "CMASS2", "GENEL")  # the first that names a grid point places it
+ELEMENTS = ("CELAS1", "CELAS2", "MPC", "CMASS1", "CMASS2")  # the first that names a grid point places it
 EQUAL_MASSES = 1e-6  # relative difference of masses in several directions that are treated as one mass
 
 
 def place_scalar_points(bulk: Bulk) -> dict[int, set[int]]:
     """Number -> components of the grid points that now stand for the scalar points of the cards.
 
-    Springs, masses, equations, matrices and supports of scalar points then name them as those of grid points.
+    Springs, masses, equations and supports of scalar points then name them as those of grid points.
     """
     for name in ("CELAS", "CMASS"):
         for old, new in ((f"{name}3", f"{name}1"), (f"{name}4", f"{name}2")):
@@ -88,11 +88,6 @@ def _ends(card: Card) -> list[tuple[int, int, int]]:
         fields = [(1, 2), (4, 5)]
     elif card.name == "MPC":
         fields = [(k, k + 1) for start in range(1, len(card.fields), 8) for k in (start, start + 3)]
-    elif card.name == "GENEL":
-        words = [card.word(k) for k in range(len(card.fields))]
-        last = next((k for k, word in enumerate(words) if word in ("K", "Z")), len(words))
-        filled = [k for k in range(2, last) if words[k] not in ("", "UD")]
-        fields = list(zip(filled[::2], filled[1::2], strict=False))
     return [(card.integer(k), k, c) for k, c in fields if card.is_integer(k) and card.integer(k) > 0]
 
 

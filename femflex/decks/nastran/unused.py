@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from femflex.decks.findings import BY_MATRICES
 from femflex.decks.nastran.bulk import Bulk
 
 # Pattern of the start of a card's name -> consequence; the first match is used.
@@ -40,17 +41,23 @@ CONSEQUENCES = (
     (r"BOLT|BOLTFOR|BOLTLD|BOLTSEQ|BOLTADD", "bolt preload is left out"),
     (r"MODTRAK|MATTC|ECHOON|ECHOOFF|ENDDATA|CORD|PARAM|OUTPUT|ECHO|CEND|SOL|TITLE|OUTRCV|STOCHAS|BLDOUT|POINT|CBARAO|PBMN"
      r"|SEQGP|DYNRED|RVDOF|RCONN|GUST|BLSEG|MDLPRM|GMNURB|GMCURV|FEEDGE|FEFACE|ADAPT|GMBNDC|OUTGRID|CPARAM"
-     r"|TABDMP|SET2|SWLDPRM|AMLREG|CONCHK|DEBUG|RBESET", "nothing is left out of the structure"),
+     r"|TABDMP|SET2|CNGRNT|SWLDPRM|AMLREG|CONCHK|DEBUG|RBESET", "nothing is left out of the structure"),
 )  # fmt: skip
-# Elements with stiffness or mass that femflex does not support: the model would be wrong without them.
+# Elements with stiffness or mass that are not read: the model would be wrong without them.
 ESSENTIAL = re.compile(
-    r"(CBEND|CTRIAX|CQUADX|CTRAX|CCONEAX|CTRAPRG|CTRIARG|CTORDRG|CTRAPAX|CTRIAAX|CRAC|CIHEX|CIS2D"
-    r"|CTRBSC|CTRPLT|CQDPLT|CTRIM6|CTWIST|CTRSHL|CDUM|CRIGD|RSPLINE"
+    r"(GENEL|CBEAM3|CBEND|CTRIAX|CQUADX|CTRAX|CCONEAX|CTRAPRG|CTRIARG|CTORDRG|CTRAPAX|CTRIAAX|CRAC|CIHEX|CIS2D"
+    r"|CTRBSC|CTRPLT|CQDPLT|CTRIM6|CTWIST|CTRSHL|CDUM|CRIGD|CQUAD[12]$|CTRIA[12]$|CQDMEM|CTRMEM|CHEXA[12]$|CWEDGE|RSPLINE"
     r"|RTRPLT|RJOINT|RSSCON|CIFHEX|CIFPENT|CACINF|CQUAD$|CTRIA$|CPLSTN|CPLSTS|CMBEAM|CMBAR|CELBOW|CHEX20|CHEX8|CTETRA[A-Z]"
     r"|CHEXA[A-Z]|CCRSFIL|CBELT|CSPR)"
 )
 PROPERTY_OR_MATERIAL = re.compile(r"(P[A-Z0-9]+|MAT[A-Z0-9]*)$")
-OBSOLETE = re.compile(r"(CTRBSC|CTRPLT|CQDPLT|CIHEX|CRIGD|CTRIM6)")
+# Pattern of an element that is not read -> the cards that may take its place.
+IN_PLACE = (
+    (r"CBEAM3|CBEND", "CBEAM"),
+    (r"CRIGD", "RBE2"),
+    (r"CQUAD[12]|CQDMEM|CQDPLT|CTRIA[12]|CTRMEM|CTRBSC|CTRPLT|CTRIM6", "CQUAD4 or CTRIA3 on PSHELL"),
+    (r"CHEXA[12]|CIHEX|CWEDGE", "CHEXA or CPENTA on PSOLID"),
+)
 
 
 def report_unused(bulk: Bulk) -> None:
@@ -67,14 +74,11 @@ def report_unused(bulk: Bulk) -> None:
         if name in READ_CARDS:
             continue
         if ESSENTIAL.match(name):
-            obsolete_text = (
-                " (an element of the 1970s: CQUAD4, CTRIA3 or CHEXA take its place)" if OBSOLETE.match(name) else ""
-            )
+            others = next((f"give {cards} in its place, or " for text, cards in IN_PLACE if re.match(text, name)), "")
             bulk.findings.problem(
-                f"{len(cards)} {name}, the first {first}: there is no such element here{obsolete_text}, and the model "
-                "would be wrong without them",
-                first.location,
-            )
+                f"{len(cards)} {name}, the first {first}: there is no such element here, and the model would be wrong "
+                f"without them; {others}{BY_MATRICES}", first.location,
+            )  # fmt: skip
             continue
         for pattern, consequence in CONSEQUENCES:
             if re.match(pattern, name):
@@ -90,5 +94,5 @@ def report_unused(bulk: Bulk) -> None:
 # Cards that are read, although none may be counted as used.
 READ_CARDS = {
     "GRID", "GRDSET", "SPOINT", "CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S", "PARAM", "ENDDATA",
-    "MPCADD", "MPC", "SPC", "SPC1", "SPCADD", "BAROR", "SET1", "SET3", "NSMADD",
+    "MPCADD", "MPC", "SPC", "SPC1", "SPCADD", "BAROR", "SET1", "SET3",
 }  # fmt: skip
