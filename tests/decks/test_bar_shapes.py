@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from support.nastran_decks import STEEL, frequencies, read_deck_of_cards
 
-from femflex.decks.nastran.bar_shapes import shape_of
+from femflex.fem.sections.profiles import profile
 
 N = 600  # cells of the raster along each side
 # Shape -> dimensions and whether a point (y, z) lies inside, as the figures of the manuals show them.
@@ -58,14 +58,14 @@ def test_area_and_second_moments_by_integration(kind):
     A = dA.sum()
     y0, z0 = (dA * y).sum() / A, (dA * z).sum() / A
     expected = [A, (dA * (y - y0) ** 2).sum(), (dA * (z - z0) ** 2).sum()]
-    computed = shape_of(kind, dim)
-    assert [computed.A, computed.I1, computed.I2] == pytest.approx(expected, rel=0.01)
-    assert computed.I12 == pytest.approx((dA * (y - y0) * (z - z0)).sum(), abs=0.01 * expected[1])
+    computed = profile(kind, dim)
+    assert [computed.A, computed.Iz, computed.Iy] == pytest.approx(expected, rel=0.01)
+    assert computed.Iyz == pytest.approx((dA * (y - y0) * (z - z0)).sum(), abs=0.01 * expected[1])
 
 
 def test_torsion_of_round_and_closed_shapes():
-    assert shape_of("TUBE", [0.5, 0.4]).J == pytest.approx(np.pi / 2 * (0.5**4 - 0.4**4))
-    thin = shape_of("BOX", [1.0, 1.0, 0.001, 0.001])
+    assert profile("TUBE", [0.5, 0.4]).J == pytest.approx(np.pi / 2 * (0.5**4 - 0.4**4))
+    thin = profile("BOX", [1.0, 1.0, 0.001, 0.001])
     assert thin.J == pytest.approx(0.999**3 * 0.001)  # Bredt: 4 A^2 t / s = a^3 t
 
 
@@ -87,7 +87,7 @@ def test_torsion_of_round_and_closed_shapes():
     ],
 )
 def test_torsion_of_open_shapes_by_walls(kind, dim, strips):
-    assert shape_of(kind, dim).J == pytest.approx(sum(b * t**3 for b, t in strips) / 3, rel=5e-3)
+    assert profile(kind, dim).J == pytest.approx(sum(b * t**3 for b, t in strips) / 3, rel=5e-3)
 
 
 @pytest.mark.parametrize(
@@ -110,8 +110,8 @@ def test_torsion_of_open_shapes_by_walls(kind, dim, strips):
     ],
 )
 def test_shear_areas_by_walls(kind, dim, upright, across):
-    shape = shape_of(kind, dim)
-    assert [shape.K1 * shape.A, shape.K2 * shape.A] == pytest.approx([upright, across], rel=1e-9)
+    shape = profile(kind, dim)
+    assert [shape.ky * shape.A, shape.kz * shape.A] == pytest.approx([upright, across], rel=1e-9)
 
 
 def test_shear_centres_of_thin_shapes():
@@ -119,7 +119,7 @@ def test_shear_centres_of_thin_shapes():
     t = 1e-4
     for kind, along, sign in (("T", 0, 1.0), ("T1", 1, 1.0), ("T2", 0, -1.0)):
         dim = [1.0, 1.0 - t, t, t] if kind == "T1" else [1.0, 1.0, t, t]
-        centre = shape_of(kind, dim).shear_centre
+        centre = profile(kind, dim).shear_centre
         assert centre[along] == pytest.approx(sign * 0.25, rel=2e-3) and centre[1 - along] == 0.0
     for kind, dim, along in (
         ("CHAN", [0.5, 1.0, t, t], 1),
@@ -127,10 +127,10 @@ def test_shear_centres_of_thin_shapes():
         ("CHAN2", [t, t, 0.5, 1.0], 0),
     ):
         e, centroid = 3 * 0.25 / (1.0 + 3.0), 0.5**2 / 2.0
-        centre = shape_of(kind, dim).shear_centre
+        centre = profile(kind, dim).shear_centre
         assert centre[along] == pytest.approx(-(e + centroid), rel=2e-3) and centre[1 - along] == 0.0
-    assert shape_of("L", [0.5, 1.0, t, t]).shear_centre == pytest.approx((-1.0 / 3, -0.25 / 3), rel=2e-3)
-    unequal = shape_of("I", [1.0, 0.8, 0.4, t, t, t])  # closer to the wider flange, by their second moments
+    assert profile("L", [0.5, 1.0, t, t]).shear_centre == pytest.approx((-1.0 / 3, -0.25 / 3), rel=2e-3)
+    unequal = profile("I", [1.0, 0.8, 0.4, t, t, t])  # closer to the wider flange, by their second moments
     centroid = (0.4 - 0.8) * 0.5 / 2.2
     assert unequal.shear_centre[0] == pytest.approx(-0.5 + 0.4**3 / (0.4**3 + 0.8**3) - centroid, rel=2e-3)
 

@@ -189,9 +189,9 @@ def _trusses(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, 
 def _beams(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, elset: str) -> Make:
     scope, keyword = entry
     if keyword.name == "BEAM SECTION":
-        beam = beam_section(model, inputs.materials(keyword.parameter("material"), keyword.location()), keyword, elset)
+        beam = beam_section(model, inputs.materials(keyword.parameter("material"), keyword.location()), keyword)
     else:
-        beam = general_section(model, keyword, elset)
+        beam = general_section(model, keyword)
     shear = _adjacent_keyword(model, entry, "TRANSVERSE SHEAR STIFFNESS")
     if shear is not None:
         beam = with_shear(model, beam, shear)
