@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from femflex.matrices.contents import Contents, register
-from femflex.mesh.numbers import check_count, inclusive_range
+from femflex.mesh.formats.guards import check_count
+from femflex.mesh.formats.numbers import inclusive_range
 
 
 def _table(path: Path) -> Contents:

@@ -19,7 +19,7 @@ from femflex.decks.units import Units
 from femflex.matrices.arrays import arrays_of, contents_of
 from femflex.matrices.contents import Contents, Entries, assembled_matrix, distinct_pairs, register
 from femflex.matrices.model import MatrixModel
-from femflex.mesh.nastran_cards import read_deck
+from femflex.mesh.formats.nastran_cards import read_deck
 
 SQUARE, SYMMETRIC, RECTANGULAR = 1, 6, 9  # forms of a DMIG
 COMPLEX = (3, 4)  # types of its entries

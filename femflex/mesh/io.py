@@ -5,32 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from femflex.memory import limited_memory, require_memory
-from femflex.mesh import io_abaqus, io_ansys, io_exodus, io_gmsh, io_med, io_nastran, io_unv, io_vtk, io_xdmf
 from femflex.mesh.check import check
-from femflex.mesh.contents import to_mesh, with_renamed_groups, without_vertices
 from femflex.mesh.formats import WriteOptions, format_of
+from femflex.mesh.formats.contents import to_mesh, with_middle_nodes, with_renamed_groups, without_vertices
+from femflex.mesh.formats.guards import memory_guard
 from femflex.mesh.mesh import Mesh
-from femflex.mesh.midside import with_middle_nodes
 from femflex.mesh.orientation import reorient_solids
 from femflex.reading import reading
 from femflex.writing import atomic_file
 
-__all__ = [
-    "io_abaqus",
-    "io_ansys",
-    "io_exodus",
-    "io_gmsh",
-    "io_med",
-    "io_nastran",
-    "io_unv",
-    "io_vtk",
-    "io_xdmf",
-    "read_mesh",
-    "write_mesh",
-]
-
-COMPRESSED = 20  # assumed ratio of the data in a compressed .vtu or .med to its size
 ADVICE = "The file may be cut short, damaged or of another format; write it again from its source."
 
 
@@ -47,9 +30,7 @@ def read_mesh(path: str | Path, groups: Mapping[str, str] | None = None, strict:
     if not path.is_file():
         alternatives = sorted(p.name for p in path.parent.glob(f"*{path.suffix}")) if path.parent.is_dir() else []
         raise ValueError(f"mesh file {path} does not exist; {path.parent} holds {alternatives or 'no such files'}.")
-    memory = file_format.memory * path.stat().st_size
-    require_memory(memory, f"{path.name}: reading it", "take a coarser mesh, or free some memory.")
-    with reading(path, file_format.name, ADVICE), limited_memory(COMPRESSED * memory):
+    with reading(path, file_format.name, ADVICE), memory_guard(path, file_format.memory):
         contents = with_middle_nodes(file_format.read(path), path.name)
         mesh = to_mesh(contents, path.name, strict)
     mesh = with_renamed_groups(mesh, groups, contents.titles, path.name)

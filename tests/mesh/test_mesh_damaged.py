@@ -11,7 +11,7 @@ import pytest
 from support.mesh_files import damaged, dataset, sheet, unv_elements, unv_nodes
 
 from femflex.mesh import read_mesh, write_mesh
-from femflex.mesh.vtk_data import make_grid
+from femflex.mesh.formats.vtk_data import make_grid
 
 FORMATS = [
     (".msh", {"binary": True, "version": "4.1"}),

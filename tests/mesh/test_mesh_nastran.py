@@ -9,8 +9,8 @@ import pytest
 
 from femflex.mesh import read_mesh, write_mesh
 from femflex.mesh.cells import CELL_TYPES
+from femflex.mesh.formats.nastran_cards import read_deck
 from femflex.mesh.generators import rectangle
-from femflex.mesh.nastran_cards import read_deck
 from femflex.mesh.quality import sizes
 from femflex.warning import PhysicsWarning
 

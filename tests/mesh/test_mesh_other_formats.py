@@ -11,8 +11,8 @@ from support.mesh_files import dataset, unv_elements, unv_nodes
 
 from femflex.mesh import Mesh, box, line, read_mesh, rectangle, write_mesh
 from femflex.mesh.cells import CELL_TYPES
+from femflex.mesh.formats.vtk_data import make_grid
 from femflex.mesh.quality import sizes
-from femflex.mesh.vtk_data import make_grid
 from femflex.warning import PhysicsWarning
 
 h5py = pytest.importorskip("h5py")

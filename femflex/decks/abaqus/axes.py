@@ -8,8 +8,8 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.decks.abaqus.model import AbaqusModel
-from femflex.mesh.abaqus_flat import InstanceKeyword, Placement
-from femflex.mesh.abaqus_keywords import Keyword
+from femflex.mesh.formats.abaqus_flat import InstanceKeyword, Placement
+from femflex.mesh.formats.abaqus_keywords import Keyword
 
 
 @dataclass(frozen=True, eq=False)

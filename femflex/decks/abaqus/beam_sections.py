@@ -12,7 +12,7 @@ from femflex.decks.abaqus.materials import Elastic
 from femflex.decks.abaqus.model import AbaqusModel
 from femflex.fem.sections.library import StiffnessSection
 from femflex.fem.sections.profiles import Place, Profile, profile
-from femflex.mesh.abaqus_keywords import Keyword
+from femflex.mesh.formats.abaqus_keywords import Keyword
 
 MASSLESS = 1e-18  # [s^2/m^2] mass per length over EA given to beams without mass
 SHEAR_FACTORS = {  # Abaqus' own, by shape

@@ -16,8 +16,8 @@ from femflex.decks.abaqus.surfaces import Surfaces, surface_named
 from femflex.decks.builder import direction_key
 from femflex.fem import Distributing, MultiPointConstraint, Rigid
 from femflex.fem.support import GLOBAL, Rows
-from femflex.mesh.abaqus_flat import InstanceKeyword
-from femflex.mesh.abaqus_keywords import Keyword
+from femflex.mesh.formats.abaqus_flat import InstanceKeyword
+from femflex.mesh.formats.abaqus_keywords import Keyword
 
 Transforms = Mapping[int, System]  # of nodes with *TRANSFORM
 

@@ -11,8 +11,8 @@ from femflex.decks.abaqus.model import AbaqusModel, location_of
 from femflex.decks.abaqus.surfaces import FACES, Surfaces, surface_named
 from femflex.decks.cell_loads import Cell, cells_of, on_cell, on_face, on_line
 from femflex.fem.static_loads import StaticLoads
-from femflex.mesh.abaqus_flat import InstanceKeyword
 from femflex.mesh.cells import CELL_TYPES
+from femflex.mesh.formats.abaqus_flat import InstanceKeyword
 
 KEYWORDS = ("CLOAD", "DLOAD", "DSLOAD")
 MASS_TYPES = ("MASS", "ROTARYI")

@@ -10,7 +10,7 @@ from femflex.arrays import Array
 from femflex.decks.abaqus.model import AbaqusModel, location_of
 from femflex.fem.sections.laminates import Lamina
 from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
-from femflex.mesh.abaqus_keywords import Keyword
+from femflex.mesh.formats.abaqus_keywords import Keyword
 
 IGNORED_BEHAVIOUR = {  # keywords of a material that a linear elastic structure ignores
     "PLASTIC": "the material stays linear", "CYCLIC HARDENING": "the material stays linear",

@@ -13,8 +13,8 @@ from femflex.decks.findings import Findings, Location
 from femflex.decks.units import Units
 from femflex.fem import Bushing, PointMass, ScalarSpring
 from femflex.fem.connections.connection import Connection
-from femflex.mesh.abaqus_flat import FlatDeck, InstanceKeyword, Placement
-from femflex.mesh.abaqus_keywords import Keyword
+from femflex.mesh.formats.abaqus_flat import FlatDeck, InstanceKeyword, Placement
+from femflex.mesh.formats.abaqus_keywords import Keyword
 
 WORDS = ("x", "y", "z", "rx", "ry", "rz")
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from femflex.decks.abaqus.model import AbaqusModel
 from femflex.decks.builder import BuiltCell
-from femflex.mesh.abaqus_flat import InstanceKeyword
-from femflex.mesh.abaqus_keywords import Keyword
 from femflex.mesh.cells import CELL_TYPES
+from femflex.mesh.formats.abaqus_flat import InstanceKeyword
+from femflex.mesh.formats.abaqus_keywords import Keyword
 from femflex.mesh.quality import sizes
 
 AREA_FAMILIES = ("shell", "plate")

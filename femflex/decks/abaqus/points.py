@@ -12,7 +12,7 @@ from femflex.decks.abaqus.sections import SectionInputs
 from femflex.fem import PointMass, ScalarSpring
 from femflex.fem.bushing import spring
 from femflex.fem.point_mass import check_inertia
-from femflex.mesh.abaqus_flat import Element, InstanceKeyword
+from femflex.mesh.formats.abaqus_flat import Element, InstanceKeyword
 
 NO_MASS = 1e-9  # kg, given to inertias without mass
 

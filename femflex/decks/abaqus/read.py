@@ -22,7 +22,7 @@ from femflex.decks.deck import Deck
 from femflex.decks.register import Overrides
 from femflex.decks.units import Units
 from femflex.fem import Member
-from femflex.mesh.abaqus_flat import read_flat
+from femflex.mesh.formats.abaqus_flat import read_flat
 from femflex.mesh.orientation import reorient_solids
 
 # families that give stiffness to all components of their nodes

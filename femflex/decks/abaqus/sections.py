@@ -21,9 +21,9 @@ from femflex.fem.plate.frames import same_side
 from femflex.fem.sections.laminates import PlateSection, Ply, layup
 from femflex.fem.sections.library import CableSection
 from femflex.fem.sections.materials import Material
-from femflex.mesh.abaqus_flat import Element, InstanceKeyword
-from femflex.mesh.abaqus_keywords import Keyword
 from femflex.mesh.cells import CELL_TYPES
+from femflex.mesh.formats.abaqus_flat import Element, InstanceKeyword
+from femflex.mesh.formats.abaqus_keywords import Keyword
 
 Systems = dict[tuple[str, str], System]
 Make = Callable[[AbaqusModel, Element], None]

@@ -10,7 +10,7 @@ from femflex.decks.abaqus.axes import System
 from femflex.decks.abaqus.model import WORDS, AbaqusModel, location_of
 from femflex.decks.builder import direction_key
 from femflex.fem import Support
-from femflex.mesh.abaqus_flat import InstanceKeyword
+from femflex.mesh.formats.abaqus_flat import InstanceKeyword
 
 SupportSet = dict[str, Support]
 State = dict[int, set[int]]  # node -> components 0 to 5

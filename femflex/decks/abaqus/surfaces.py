@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from femflex.decks.abaqus.model import AbaqusModel
-from femflex.mesh.abaqus_flat import Element, InstanceKeyword
+from femflex.mesh.formats.abaqus_flat import Element, InstanceKeyword
 
 # Corners of the faces by cell shape, in Abaqus' numbering S1, S2, ...
 FACES: dict[str, list[tuple[int, ...]]] = {

@@ -8,7 +8,7 @@ from femflex.decks.abaqus.materials import IGNORED_BEHAVIOUR
 from femflex.decks.abaqus.model import AbaqusModel, location_of
 from femflex.decks.abaqus.sections import PLANE_TYPES
 from femflex.decks.findings import Location
-from femflex.mesh.abaqus_flat import Element
+from femflex.mesh.formats.abaqus_flat import Element
 
 READ_KEYWORDS = {  # keywords that are read, or that do not concern the structure
     "HEADING", "NODE", "SYSTEM", "NGEN", "NFILL", "ELEMENT", "ELGEN", "NSET", "ELSET", "PART", "END PART", "ASSEMBLY",

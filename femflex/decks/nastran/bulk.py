@@ -10,8 +10,8 @@ from typing import Any
 from femflex.decks.findings import Findings, Location
 from femflex.decks.nastran.card import Card, FieldError
 from femflex.decks.units import Units
-from femflex.mesh.nastran_cards import Deck as RawDeck
-from femflex.mesh.numbers import Numbers
+from femflex.mesh.formats.nastran_cards import Deck as RawDeck
+from femflex.mesh.formats.numbers import Numbers
 
 COMMAND = re.compile(r"\s*([A-Z]+)\s*(?:\([^)]*\))?\s*[= ]\s*(.*?)\s*$", re.I)
 

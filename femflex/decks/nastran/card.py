@@ -8,7 +8,8 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 from femflex.decks.findings import Location
-from femflex.mesh.numbers import Numbers, check_count
+from femflex.mesh.formats.guards import check_count
+from femflex.mesh.formats.numbers import Numbers
 
 EXPONENT = re.compile(r"(?<=[0-9.])([+-])(?=\d+$)")
 

@@ -28,7 +28,7 @@ from femflex.decks.nastran.unused import report_unused
 from femflex.decks.register import Overrides
 from femflex.decks.units import Units
 from femflex.fem import Member
-from femflex.mesh.nastran_cards import read_deck as read_cards
+from femflex.mesh.formats.nastran_cards import read_deck as read_cards
 from femflex.mesh.orientation import reorient_solids
 
 

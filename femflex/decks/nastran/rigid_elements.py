@@ -9,7 +9,8 @@ from femflex.decks.builder import direction_key
 from femflex.decks.nastran.card import Card, FieldError
 from femflex.decks.nastran.model import WORDS, NastranModel
 from femflex.fem import Distributing, MultiPointConstraint, Rigid
-from femflex.mesh.numbers import Numbers, check_count
+from femflex.mesh.formats.guards import check_count
+from femflex.mesh.formats.numbers import Numbers
 
 SINGULAR = 1e-10  # smallest relative singular value of components that determine a rigid motion
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from femflex.decks.nastran.model import NastranModel
-from femflex.mesh.nastran_cards import read_number_list
+from femflex.mesh.formats.nastran_cards import read_number_list
 
 
 def read_sets(model: NastranModel) -> None:

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from femflex.mesh.numbers import Numbers, check_count, inclusive_range
+from femflex.mesh.formats.guards import check_count, check_include_depth
+from femflex.mesh.formats.numbers import Numbers, inclusive_range
 
 NAME = "Nastran bulk data"
 WIDTH = {False: 8, True: 16}  # columns of a data field, small and large
-MAX_INCLUDE_DEPTH = 10  # levels of included files
 # of a line in free format
 FREE_FIELD = re.compile(r"[A-Za-z]\w*|[+-]?(\d+\.?\d*|\.\d+)([EeDd]?[+-]?\d+)?|=|==|\*\([^()]+\)")
 REPEATED_FIELD = re.compile(r"==?|\*\([^()]+\)")  # a field copied from the previous card, possibly with a number added
@@ -126,8 +126,7 @@ def _lines(path: Path, main: Path, depth: int) -> Iterator[Line]:
             name = name.split("$")[0].strip()
         if depth == 0 and any(re.match(r"\s*CEND\b", line, re.I) for line in lines[k:]):
             continue  # included in executive control: no part of the model
-        if depth >= MAX_INCLUDE_DEPTH:
-            raise ValueError(f"{path.name}:{number}: files include each other more than {MAX_INCLUDE_DEPTH} deep.")
+        check_include_depth(depth, f"{path.name}:{number}")
         yield from _lines(_included_file(name, path, main, number), main, depth + 1)
 
 

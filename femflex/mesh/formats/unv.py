@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from femflex.mesh.contents import Contents
-from femflex.mesh.element_blocks import NumberedElement, blocks_of, require_nodes
-from femflex.mesh.formats import register
-from femflex.mesh.numbers import Numbers
+from femflex.mesh.formats.contents import Contents
+from femflex.mesh.formats.element_blocks import NumberedElement, blocks_of, require_nodes
+from femflex.mesh.formats.numbers import Numbers
+from femflex.mesh.formats.register import register
 from femflex.warning import PhysicsWarning
 
 NAME = "universal file"

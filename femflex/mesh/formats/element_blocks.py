@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from femflex.mesh.cells import CELL_TYPES
-from femflex.mesh.contents import Block
-from femflex.mesh.numbers import Numbers
+from femflex.mesh.formats.contents import Block
+from femflex.mesh.formats.numbers import Numbers
 
 MISSING = 0  # node number of a middle node that is missing in the deck
 
@@ -27,7 +27,7 @@ def blocks_of(
 ) -> list[Block]:
     """One block for every type of cell, in order of appearance; groups from the sets of element numbers.
 
-    nodes: number -> row of the points; missing middle nodes become -1 (see midside.py).
+    nodes: number -> row of the points; missing middle nodes become -1 (see contents.py).
     """
     by_cell: dict[str, list[NumberedElement]] = {}
     for element in elements:

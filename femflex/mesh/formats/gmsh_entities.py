@@ -10,7 +10,7 @@ import numpy as np
 
 from femflex.arrays import Array, IntArray
 from femflex.mesh.cells import CELL_TYPES
-from femflex.mesh.membership import group_classes
+from femflex.mesh.formats.contents import group_classes
 from femflex.mesh.mesh import Mesh
 
 

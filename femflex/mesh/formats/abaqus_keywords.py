@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
-MAX_INCLUDE_DEPTH = 10  # levels of files within files
+from femflex.mesh.formats.guards import MAX_INCLUDE_DEPTH, check_include_depth
+
 # keywords in which a blank data line stands for the defaults
 BLANK_LINES_COUNT = (
     "BEAM SECTION",
@@ -128,11 +129,7 @@ def _lines(path: Path, main: Path, depth: int) -> Iterator[tuple[str, str, int]]
             continue
         keyword = _keyword(text, path.name, number)
         included = _input_file(keyword, [path.parent, main.parent])
-        if depth >= MAX_INCLUDE_DEPTH:
-            raise ValueError(
-                f"{keyword.location()}: {included} is the {MAX_INCLUDE_DEPTH}th file within one another. Take the line "
-                "out, or put the files into one."
-            )
+        check_include_depth(depth, keyword.location())
         yield from _lines(included, main, depth + 1)
 
 

@@ -1,24 +1,69 @@
-"""Checks of the counts announced in a .msh file against the size of its sections, before the file is read."""
+"""Guards against hostile sizes: counts of a mesh file are checked against its length before memory is taken."""
 
 from __future__ import annotations
 
+import re
 import struct
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 
-from femflex.memory import require_memory
+from femflex.memory import limited_memory, require_memory
 
-# Minimum size of a node and of an element in bytes, as text ("1 0 0 0\n") and binary; 4.1 stores tags separately
+MAX_GENERATED = 2_000_000  # nodes, elements or cards that one line of a deck may generate
+MAX_INCLUDE_DEPTH = 10  # levels of files within files
+COMPRESSED = 20  # assumed ratio of the data in a compressed file to its size
+# Minimum bytes of a node and of an element of Gmsh, as text ("1 0 0 0\n") and binary; 4.1 stores tags separately
 MIN_BYTES = {
     ("2.2", False): (8, 8),
     ("2.2", True): (28, 8),
     ("4.1", False): (8, 4),
     ("4.1", True): (32, 16),
 }
+LEGACY_CELLS = rb"(?is)# vtk DataFile Version [0-4]\..*?\bUNSTRUCTURED_GRID\b.*?\nCELLS[ \t]+(\d+)[ \t]+(\d+)\s"
 
 
-def check_counts(nodes: bytes, elements: bytes, kind: tuple[str, bool, int], name: str) -> None:
+@contextmanager
+def memory_guard(path: Path, memory_per_byte: float) -> Iterator[None]:
+    """Context in which a file is read with at most the memory that its size allows, plus a margin."""
+    memory = memory_per_byte * path.stat().st_size
+    require_memory(memory, f"{path.name}: reading it", "take a coarser mesh, or free some memory.")
+    with limited_memory(COMPRESSED * memory):
+        yield
+
+
+def check_count(count: int, location: str) -> None:
+    """Raise ValueError, before memory is allocated, if a line of a deck generates too many items."""
+    if count > MAX_GENERATED:
+        raise ValueError(
+            f"{location}: the line generates {count} nodes, elements or cards; at most {MAX_GENERATED} are read of one "
+            "line. Correct the number, or write the items out."
+        )
+
+
+def check_include_depth(depth: int, location: str) -> None:
+    """Raise ValueError if files of a deck include each other without end."""
+    if depth >= MAX_INCLUDE_DEPTH:
+        raise ValueError(
+            f"{location}: files include each other more than {MAX_INCLUDE_DEPTH} deep; take the line out, or put the "
+            "files into one."
+        )
+
+
+def check_legacy_cells(path: Path, n_cells_and_nodes: int) -> None:
+    """Raise ValueError if the line CELLS of a legacy VTK file announces other numbers than its cells have: VTK reads
+    more than announced."""
+    if (match := re.match(LEGACY_CELLS, path.read_bytes())) and int(match[2]) != int(match[1]) + n_cells_and_nodes:
+        raise ValueError(
+            f"its line CELLS {int(match[1])} {int(match[2])} and its cells do not agree; the second number is that of "
+            "all numbers below it, one for each cell and one for each of its nodes"
+        )
+
+
+def check_gmsh_counts(nodes: bytes, elements: bytes, kind: tuple[str, bool, int], name: str) -> None:
     """Raise ValueError if the sections $Nodes or $Elements are too short for the counts that they announce.
 
     nodes, elements  bodies of the sections

@@ -14,10 +14,10 @@ import numpy as np
 
 from femflex.arrays import IntArray
 from femflex.mesh.cells import CELL_TYPES
-from femflex.mesh.contents import Block, Contents
-from femflex.mesh.formats import register
-from femflex.mesh.vtk_data import CELLS, Leaf, cells_of, leaf_contents
-from femflex.mesh.vtk_process import VtkError, read_leaves
+from femflex.mesh.formats.contents import Block, Contents
+from femflex.mesh.formats.register import register
+from femflex.mesh.formats.vtk_data import CELLS, Leaf, cells_of, leaf_contents
+from femflex.mesh.formats.vtk_process import VtkError, read_leaves
 from femflex.warning import PhysicsWarning
 
 NAME = "Exodus"

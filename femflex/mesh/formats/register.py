@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from femflex.mesh.contents import Contents
+from femflex.mesh.formats.contents import Contents
 from femflex.mesh.mesh import Mesh
 from femflex.reading import error_text
 

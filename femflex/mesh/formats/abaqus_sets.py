@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from femflex.mesh.numbers import Numbers
+from femflex.mesh.formats.numbers import Numbers
 
 Parts = list[int | range]
 Key = tuple[str, str]  # instance and set, in capitals; "" is the deck or the assembly itself

@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 from femflex.arrays import Array, IntArray
 from femflex.hdf5 import open_hdf5
 from femflex.mesh.cells import CELL_TYPES
-from femflex.mesh.contents import Block, Contents
-from femflex.mesh.formats import WriteOptions, load_meshio, meshio_call, register
-from femflex.mesh.membership import group_classes
+from femflex.mesh.formats.contents import Block, Contents, group_classes
+from femflex.mesh.formats.register import WriteOptions, load_meshio, meshio_call, register
 from femflex.mesh.mesh import Mesh
 
 Families = dict[int, list[str]]

@@ -12,11 +12,11 @@ from pathlib import Path
 import numpy as np
 
 from femflex.arrays import IntArray
-from femflex.mesh.abaqus_elements import END_MIDDLE_END, WRITTEN_TYPES
-from femflex.mesh.abaqus_flat import FlatDeck, read_flat
-from femflex.mesh.contents import Contents
-from femflex.mesh.element_blocks import NumberedElement, blocks_of, require_nodes
-from femflex.mesh.formats import WriteOptions, register
+from femflex.mesh.formats.abaqus_elements import END_MIDDLE_END, WRITTEN_TYPES
+from femflex.mesh.formats.abaqus_flat import FlatDeck, read_flat
+from femflex.mesh.formats.contents import Contents
+from femflex.mesh.formats.element_blocks import NumberedElement, blocks_of, require_nodes
+from femflex.mesh.formats.register import WriteOptions, register
 from femflex.mesh.mesh import Mesh
 
 NAME = "Abaqus input"

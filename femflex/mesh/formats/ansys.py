@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from femflex.mesh.contents import Contents
-from femflex.mesh.formats import register
-from femflex.mesh.vtk_data import leaf_contents
-from femflex.mesh.vtk_process import read_leaves
+from femflex.mesh.formats.contents import Contents
+from femflex.mesh.formats.register import register
+from femflex.mesh.formats.vtk_data import leaf_contents
+from femflex.mesh.formats.vtk_process import read_leaves
 
 NAME = "Ansys archive"
 NUMBERED = {"ansys_etype": "type", "ansys_material_type": "mat", "ansys_real_constant": "real"}

@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 
 from femflex.arrays import IntArray
-from femflex.mesh.contents import Block, Contents
-from femflex.mesh.element_blocks import MISSING, NumberedElement, blocks_of, require_nodes
-from femflex.mesh.formats import register
-from femflex.mesh.nastran_cards import NAME, Deck, read_deck, read_number_list
-from femflex.mesh.nastran_write import write_nastran
-from femflex.mesh.numbers import Numbers
+from femflex.mesh.formats.contents import Block, Contents
+from femflex.mesh.formats.element_blocks import MISSING, NumberedElement, blocks_of, require_nodes
+from femflex.mesh.formats.nastran_cards import NAME, Deck, read_deck, read_number_list
+from femflex.mesh.formats.nastran_write import write_nastran
+from femflex.mesh.formats.numbers import Numbers
+from femflex.mesh.formats.register import register
 
 # Card -> possible numbers of nodes, and the cell for each.
 ELEMENTS: dict[str, dict[int, str]] = {

@@ -5,17 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 
-MAX_GENERATED = 2_000_000  # nodes, elements or cards that one line of a deck may generate
-
-
-def check_count(count: int, location: str) -> None:
-    """Raise ValueError, before memory is allocated, if a line of a deck generates too many items."""
-    if count > MAX_GENERATED:
-        raise ValueError(
-            f"{location}: the line generates {count} nodes, elements or cards; at most {MAX_GENERATED} are read of one "
-            "line. Correct the number, or write the items out."
-        )
-
 
 def inclusive_range(first: int, last: int, step: int = 1) -> range:
     """The numbers from the first to the last, both included; a negative step runs down.

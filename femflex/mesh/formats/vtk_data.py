@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from femflex.arrays import Array, BoolArray, IntArray
 from femflex.mesh.cells import CELL_TYPES
-from femflex.mesh.contents import Block, Contents
+from femflex.mesh.formats.contents import Block, Contents
 
 Arrays = dict[str, NDArray[Any]]
 Leaf = dict[str, Any]  # see vtk_worker.py

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.mesh.abaqus_keywords import Keyword
-from femflex.mesh.numbers import check_count
+from femflex.mesh.formats.abaqus_keywords import Keyword
+from femflex.mesh.formats.guards import check_count
 
 Nodes = dict[int, Array]
 

@@ -11,11 +11,12 @@ from typing import NamedTuple
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.mesh.abaqus_elements import END_MIDDLE_END, cell_of
-from femflex.mesh.abaqus_keywords import Keyword, read_keywords
-from femflex.mesh.abaqus_nodes import NodeReader
-from femflex.mesh.abaqus_sets import Sets
-from femflex.mesh.numbers import Numbers, check_count, inclusive_range
+from femflex.mesh.formats.abaqus_elements import END_MIDDLE_END, cell_of
+from femflex.mesh.formats.abaqus_keywords import Keyword, read_keywords
+from femflex.mesh.formats.abaqus_nodes import NodeReader
+from femflex.mesh.formats.abaqus_sets import Sets
+from femflex.mesh.formats.guards import check_count
+from femflex.mesh.formats.numbers import Numbers, inclusive_range
 
 NODES = ("NODE", "SYSTEM", "NGEN", "NFILL")
 UNSUPPORTED = {"NCOPY", "NMAP", "ELCOPY"}

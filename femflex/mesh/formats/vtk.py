@@ -5,21 +5,20 @@ Other integer arrays with few values (MaterialIDs, CellEntityIds) are read as on
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
 import numpy as np
 
-from femflex.mesh.contents import Contents
-from femflex.mesh.formats import WriteOptions, register
+from femflex.mesh.formats.contents import Contents
+from femflex.mesh.formats.guards import check_legacy_cells
+from femflex.mesh.formats.register import WriteOptions, register
+from femflex.mesh.formats.vtk_data import TYPES, WEDGE, Arrays, cells_of, leaf_contents, make_grid
+from femflex.mesh.formats.vtk_process import read_leaves
 from femflex.mesh.mesh import Mesh
-from femflex.mesh.vtk_data import TYPES, WEDGE, Arrays, cells_of, leaf_contents, make_grid
-from femflex.mesh.vtk_process import read_leaves
 
 VTU, VTK = "VTU", "legacy VTK"
-SIZES = rb"(?is)# vtk DataFile Version [0-4]\..*?\bUNSTRUCTURED_GRID\b.*?\nCELLS[ \t]+(\d+)[ \t]+(\d+)\s"
 LEGACY = 42  # version that other programs can read, too
 
 
@@ -32,13 +31,7 @@ def read_vtu(path: Path) -> Contents:
 def read_vtk(path: Path) -> Contents:
     """Contents of a legacy .vtk file of any single data set."""
     (leaf,) = read_leaves("vtk", path)
-    if match := re.match(SIZES, path.read_bytes()):  # VTK reads more numbers than announced
-        count, size = map(int, match.groups())
-        if size != count + int(cells_of(leaf).offsets[-1]):
-            raise ValueError(
-                f"its line CELLS {count} {size} and its cells do not agree; the second number is that of all numbers "
-                "below it, one for each cell and one for each of its nodes"
-            )
+    check_legacy_cells(path, int(cells_of(leaf).offsets[-1]))
     return leaf_contents(leaf)
 
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from femflex.arrays import Array, IntArray
-from femflex.mesh.formats import WriteOptions, load_meshio, meshio_call
-from femflex.mesh.membership import group_classes
+from femflex.mesh.formats.contents import group_classes
+from femflex.mesh.formats.nastran_cards import NAME
+from femflex.mesh.formats.register import WriteOptions, load_meshio, meshio_call
 from femflex.mesh.mesh import Mesh
-from femflex.mesh.nastran_cards import NAME
 
 CARD_NAMES = {
     "line": "CBAR",

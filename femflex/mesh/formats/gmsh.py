@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from femflex.arrays import IntArray
-from femflex.mesh.contents import Block, Contents
-from femflex.mesh.formats import WriteOptions, load_meshio, meshio_call, register
-from femflex.mesh.gmsh_counts import check_counts
-from femflex.mesh.gmsh_entities import Entity, entities_of, entities_section, physical_tags, read_entities
+from femflex.mesh.formats.contents import Block, Contents
+from femflex.mesh.formats.gmsh_entities import Entity, entities_of, entities_section, physical_tags, read_entities
+from femflex.mesh.formats.guards import check_gmsh_counts
+from femflex.mesh.formats.register import WriteOptions, load_meshio, meshio_call, register
 from femflex.mesh.mesh import Mesh
 
 Tag = tuple[int, int]  # dimension, number
@@ -37,7 +37,7 @@ def read_gmsh(path: Path) -> Contents:
     if version == "2.2" and binary:
         _check_numbers_without_gaps(_section_bytes(data, "Nodes", path), path)
     bodies = _section_bytes(data, "Nodes", path), _section_bytes(data, "Elements", path)
-    check_counts(*bodies, (version, binary, width), path.name)
+    check_gmsh_counts(*bodies, (version, binary, width), path.name)
     core = b"".join(_section_bytes(data, name, path, True) for name in ("MeshFormat", "Nodes", "Elements"))
     with tempfile.TemporaryDirectory() as folder, meshio_call(path, NAME, hint=HINT):
         plain = Path(folder) / "plain.msh"
