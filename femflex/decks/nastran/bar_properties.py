@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from femflex.decks.findings import BY_MATRICES
 from femflex.decks.nastran.bulk import Bulk
+from femflex.decks.nastran.by_number import ByNumber
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.materials import Materials
 from femflex.fem.sections.profiles import Profile, n_dimensions, profile
@@ -71,56 +71,42 @@ class BarProperties:
 
     def __init__(self, bulk: Bulk, materials: Materials) -> None:
         self._bulk, self._materials = bulk, materials
-        self._by_number: dict[int, BarProperty | None] = {}
-        self._unsupported: dict[int, Card] = {}
-        default_cards = {
-            "CBAR": next(iter(bulk.cards_named("BAROR")), None),
-            "CBEAM": next(iter(bulk.cards_named("BEAMOR")), None),
-        }
-        self.defaults = {name: card for name, card in default_cards.items() if card is not None}
+        self._properties: ByNumber[BarProperty] = ByNumber(bulk, "property", "of bars and beams it has")
+        cards = {"CBAR": [*bulk.cards_named("BAROR")], "CBEAM": [*bulk.cards_named("BEAMOR")]}
+        self.defaults = {name: some[0] for name, some in cards.items() if some}
         readers = {"PBAR": self._pbar, "PBARL": self._pbarl, "PBEAM": self._pbeam, "PBEAML": self._pbeaml,
                    "PBCOMP": self._pbcomp}  # fmt: skip
         for name, read in readers.items():
-            bulk.for_each_card(lambda card, read=read: self._add(card, read), name)  # type: ignore[misc]
-        for card in bulk.cards_named("PBEND", "PBMSECT", "PBRSECT", use=False):
-            if card.is_integer(0):
-                self._unsupported[card.integer(0)] = card
+            self._properties.read(name, lambda card, read=read: self._checked(read(card)))  # type: ignore[misc]
+        others = bulk.cards_named("PBEND", "PBMSECT", "PBRSECT", use=False)
+        self._unsupported = {card.integer(0): card for card in others if card.is_integer(0)}
 
-    def _add(self, card: Card, read: Callable[[Card], BarProperty]) -> None:
-        number = card.integer(0)
-        if (earlier := self._by_number.get(number)) is not None:
-            if earlier.card.fields != card.fields:
-                raise ValueError(
-                    f"{card} gives property {number} again, which stands at {earlier.card.location} already"
-                )
-            return
-        self._by_number[number] = None  # registered, even if it has errors
-        bar = read(card)
+    def _checked(self, bar: BarProperty) -> BarProperty:
+        """The property with the overrides of the case. Raises ValueError for values below zero."""
         fields = {"A": "A", "I1": "I1", "I2": "I2", "J": "J", "nonstructural_mass": "nsm"}  # of overrides, of stations
         values = {key: getattr(bar.stations[0], name) for key, name in fields.items()}
-        changed = self._bulk.override([f"pid_{number}", *self._bulk.names_of(number)], values, str(card))
+        changed = self._bulk.override([f"pid_{bar.number}", *self._bulk.names_of(bar.number)], values, str(bar.card))
         changes = {fields[key]: value for key, value in changed.items() if value != values[key]}
         bar = replace(bar, stations=tuple(replace(station, **changes) for station in bar.stations))
         if any(s.A < 0 or s.I1 < 0 or s.I2 < 0 or s.J < 0 for s in bar.stations):
-            raise ValueError(f"{card} has an area or a moment below zero; correct it")
+            raise ValueError(f"{bar.card} has an area or a moment below zero; correct it")
         if any(bar.density * s.A + s.nsm < 0 for s in bar.stations):
-            raise ValueError(f"{card} has a mass per length below zero; correct the density or the nonstructural mass")
-        self._by_number[number] = bar
+            raise ValueError(
+                f"{bar.card} has a mass per length below zero; correct the density or the nonstructural mass"
+            )
+        return bar
 
     def __call__(self, number: int) -> BarProperty | None:
         """The property with this number; None if it has an error, which is already reported.
 
         Raises ValueError if the deck has no such property.
         """
-        if number in self._unsupported and number not in self._by_number:
+        if number in self._unsupported and number not in self._properties:
             raise ValueError(
                 f"names {self._unsupported[number]}, which is not understood; give PBAR, PBARL, PBEAM, PBEAML or "
-                "PBCOMP instead"
+                f"PBCOMP instead, or {BY_MATRICES}"
             )
-        if number not in self._by_number:
-            numbers = ", ".join(map(str, sorted(self._by_number)[:12])) or "none"
-            raise ValueError(f"names property {number}, which is not in the deck; of bars and beams it has {numbers}")
-        return self._by_number[number]
+        return self._properties(number)
 
     def _station(self, A: float, I1: float, I2: float, I12: float, J: float, nsm: float) -> Station:
         """A station from values in the units of the deck."""

@@ -11,10 +11,12 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.decks.builder import direction_key
 from femflex.decks.nastran.bar_properties import BarProperty, principal
+from femflex.decks.nastran.by_number import ByNumber
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.model import WORDS, NastranModel
 from femflex.fem import Rigid
 from femflex.fem.sections.library import CableSection, StiffnessSection
+from femflex.fem.sections.profiles import profile
 
 MASSLESS = 1e-18  # [s^2/m^2] mass per length over EA given to bars without mass
 RELATIVE_SUBSTITUTE = 1e-9  # stiffness given to a bar in place of zero, relative to its other stiffnesses
@@ -34,7 +36,9 @@ def read_line_elements(model: NastranModel) -> None:
     bulk = model.bulk
     for name in ("CBAR", "CBEAM"):
         bulk.for_each_card(lambda card: _bar(model, card), name)
-    rods = _rods(model)
+    rods: ByNumber[Rod] = ByNumber(bulk, "property", "of rods it has")
+    for name in ("PROD", "PTUBE"):
+        rods.read(name, lambda card: _rod_property(model, card))
     for name in ("CROD", "CTUBE"):
         bulk.for_each_card(lambda card: _rod(model, card, rods), name)
     bulk.for_each_card(lambda card: _conrod(model, card), "CONROD")
@@ -244,41 +248,29 @@ def _bar_options(model: NastranModel, bar: BarProperty, card: Card) -> dict[str,
     return options
 
 
-def _rods(model: NastranModel) -> dict[int, Rod | None]:
-    """Properties of rods by number: PROD and PTUBE."""
-    bulk, u = model.bulk, model.bulk.units
-    rods: dict[int, Rod | None] = {}
-    per_length = u.mass / u.length * bulk.wtmass
-
-    def add(card: Card) -> None:
-        number = card.integer(0)
-        rods.setdefault(number, None)
-        E, G, rho = model.materials(card.integer(1)).bar()
-        if card.name == "PROD":
-            A, J, nsm = card.real(2) * u.length**2, card.real(3, 0.0) * u.length**4, card.real(5, 0.0)
-        else:
-            outer = card.real(2) * u.length / 2
-            inner = outer - card.real(3, outer / u.length) * u.length
-            if inner < -1e-12 * outer or inner >= outer:
-                raise ValueError(f"{card} has a wall that is thicker than half its diameter, or none")
-            A, J, nsm = math.pi * (outer**2 - inner**2), math.pi / 2 * (outer**4 - inner**4), card.real(4, 0.0)
-        values = {"A": A, "J": J, "nonstructural_mass": nsm * per_length}
-        v = bulk.override([f"pid_{number}", *bulk.names_of(number)], values, str(card))
-        if v["A"] < 0 or rho * v["A"] + v["nonstructural_mass"] < 0:
-            raise ValueError(f"{card} has an area or a mass per length below zero; correct it")
-        rods[number] = Rod(E * v["A"], G * v["J"], rho * v["A"] + v["nonstructural_mass"])
-
-    bulk.for_each_card(add, "PROD")
-    bulk.for_each_card(add, "PTUBE")
-    return rods
+def _rod_property(model: NastranModel, card: Card) -> Rod:
+    """PROD: PID, MID, A, J, C, NSM; PTUBE: PID, MID, OD, T, NSM."""
+    number, u, bulk = card.integer(0), model.bulk.units, model.bulk
+    E, G, rho = model.materials(card.integer(1)).bar()
+    if card.name == "PROD":
+        A, J, nsm = card.real(2) * u.length**2, card.real(3, 0.0) * u.length**4, card.real(5, 0.0)
+    else:
+        outer = card.real(2) * u.length / 2
+        inner = outer - card.real(3, outer / u.length) * u.length
+        if inner < -1e-12 * outer or inner >= outer:
+            raise ValueError(f"{card} has a wall that is thicker than half its diameter, or none")
+        tube = profile("TUBE", [outer, inner])
+        A, J, nsm = tube.A, tube.J, card.real(4, 0.0)
+    values = {"A": A, "J": J, "nonstructural_mass": nsm * (u.mass / u.length * bulk.wtmass)}
+    v = bulk.override([f"pid_{number}", *bulk.names_of(number)], values, str(card))
+    if v["A"] < 0 or rho * v["A"] + v["nonstructural_mass"] < 0:
+        raise ValueError(f"{card} has an area or a mass per length below zero; correct it")
+    return Rod(E * v["A"], G * v["J"], rho * v["A"] + v["nonstructural_mass"])
 
 
-def _rod(model: NastranModel, card: Card, rods: dict[int, Rod | None]) -> None:
+def _rod(model: NastranModel, card: Card, rods: ByNumber[Rod]) -> None:
     pid = card.integer(1, card.integer(0))
-    if pid not in rods:
-        raise ValueError(f"{card} names property {pid}, which is not in the deck; of rods it has {sorted(rods)[:12]}")
-    rod = rods[pid]
-    if rod is not None:
+    if (rod := rods(pid)) is not None:
         _add_rod(model, card, [card.integer(2), card.integer(3)], rod, f"pid_{pid}", ("rod", pid))
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from femflex.arrays import Array
 from femflex.decks.nastran.bulk import Bulk
+from femflex.decks.nastran.by_number import ByNumber
 from femflex.decks.nastran.card import Card
 from femflex.fem.sections.laminates import Lamina
 from femflex.fem.sections.materials import Anisotropic, Material
@@ -103,21 +105,15 @@ class Materials:
 
     def __init__(self, bulk: Bulk) -> None:
         self._bulk = bulk
-        self._by_number: dict[int, Elastic] = {}
-        for name in ("MAT1", "MAT2", "MAT8", "MAT9"):
-            bulk.for_each_card(self._add, name)
+        self._materials: ByNumber[Elastic] = ByNumber(bulk, "material", "it has")
+        for name, read in (("MAT1", _mat1), ("MAT2", _mat2), ("MAT8", _mat8), ("MAT9", _mat9)):
+            self._materials.read(name, lambda card, read=read: self._elastic(card, read))  # type: ignore[misc]
         for name, consequence in NOT_ELASTIC.items():
             for card in bulk.cards_named(name, use=False):
                 bulk.findings.unused(name, consequence, card.location)
 
-    def _add(self, card: Card) -> None:
+    def _elastic(self, card: Card, read: Callable[[Card, float, float], Read]) -> Elastic:
         number = card.integer(0)
-        if number in self._by_number:
-            first = self._by_number[number].card
-            if first.fields != card.fields:
-                raise ValueError(f"{card} gives material {number} again, which stands at {first.location} already")
-            return
-        read = {"MAT1": _mat1, "MAT2": _mat2, "MAT8": _mat8, "MAT9": _mat9}[card.name]
         p, rho = self._bulk.units.pressure, self._bulk.units.density * self._bulk.wtmass
         kind, values, matrix = read(card, p, rho)
         changed = self._bulk.override([f"mat_{number}"], values, str(card))
@@ -125,18 +121,17 @@ class Materials:
             changed["G"] = changed["E"] / (2 * (1 + changed["nu"]))
         if changed["density"] < 0:
             raise ValueError(f"{card} has density {changed['density']:.6g} kg/m^3; it cannot be negative")
-        self._by_number[number] = Elastic(number, kind, changed, card, matrix)
+        return Elastic(number, kind, changed, card, matrix)
 
     def __call__(self, number: int) -> Elastic:
         """The material with this number. Raises ValueError if the deck has none."""
-        if number not in self._by_number:
-            numbers = ", ".join(map(str, sorted(self._by_number)[:12])) or "none"
-            raise ValueError(f"names material {number}, which is not in the deck; it has {numbers}")
-        return self._by_number[number]
+        if (material := self._materials(number)) is None:
+            raise ValueError(f"names material {number}, which has an error")
+        return material
 
     def all_materials(self) -> list[Elastic]:
         """All materials."""
-        return list(self._by_number.values())
+        return self._materials.values()
 
 
 Read = tuple[int, dict[str, float], Array]

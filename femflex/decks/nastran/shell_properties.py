@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from femflex.arrays import Array
 from femflex.decks.nastran.bulk import Bulk
+from femflex.decks.nastran.by_number import ByNumber
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.materials import Materials
 from femflex.fem.sections.laminates import PlateSection, Ply, layup
@@ -34,16 +36,15 @@ class ShellProperty:
     section: PlateSection
     isotropic: bool
     bends: bool = True
-    section_of_thickness: object = None
+    section_of_thickness: Callable[[float], PlateSection] | None = None
     has_thickness: bool = True
 
     def section_for(self, thickness: float | None) -> PlateSection:
         """The section for this thickness [m]; None: the thickness of the property."""
-        if thickness is None or math.isclose(thickness, self.thickness, rel_tol=1e-9):
+        make = self.section_of_thickness
+        if make is None or thickness is None or math.isclose(thickness, self.thickness, rel_tol=1e-9):
             return self.section
-        if self.section_of_thickness is None:
-            return self.section
-        return self.section_of_thickness(thickness)  # type: ignore[operator]
+        return make(thickness)
 
 
 class ShellProperties:
@@ -51,27 +52,14 @@ class ShellProperties:
 
     def __init__(self, bulk: Bulk, materials: Materials) -> None:
         self._bulk, self._materials = bulk, materials
-        self._by_number: dict[int, ShellProperty | None] = {}
+        self._properties: ByNumber[ShellProperty] = ByNumber(bulk, "property", "of shells it has")
         reads = (("PSHELL", self._pshell), ("PCOMP", self._pcomp), ("PCOMPG", self._pcompg), ("PSHEAR", self._pshear))
         for name, read in reads:
-            bulk.for_each_card(lambda card, read=read: self._add(card, read), name)  # type: ignore[misc]
-
-    def _add(self, card: Card, read: object) -> None:
-        number = card.integer(0)
-        first = self._by_number.get(number)
-        if first is not None:
-            if first.card.fields != card.fields:
-                raise ValueError(f"{card} gives property {number} again, which stands at {first.card.location} already")
-            return
-        self._by_number[number] = None
-        self._by_number[number] = read(card)  # type: ignore[operator]
+            self._properties.read(name, read)
 
     def __call__(self, number: int) -> ShellProperty | None:
         """The property with this number; None if it has an error. Raises ValueError if there is none."""
-        if number not in self._by_number:
-            numbers = ", ".join(map(str, sorted(self._by_number)[:12])) or "none"
-            raise ValueError(f"names property {number}, which is not in the deck; of shells it has {numbers}")
-        return self._by_number[number]
+        return self._properties(number)
 
     def _area_mass(self) -> float:
         return self._bulk.units.mass / self._bulk.units.length**2 * self._bulk.wtmass
@@ -129,15 +117,9 @@ class ShellProperties:
                 f"{card} has no bending material (MID2): its elements are membranes without bending"
             )
         return ShellProperty(
-            number,
-            card,
-            v["thickness"],
-            section(v["thickness"]),
-            isotropic,
-            bending is not None,
-            section,
+            number, card, v["thickness"], section(v["thickness"]), isotropic, bending is not None, section,
             has_thickness,
-        )
+        )  # fmt: skip
 
     def _pcomp(self, card: Card) -> ShellProperty:
         plies: list[tuple[int, float, float]] = []

@@ -9,11 +9,12 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.decks.builder import direction_key
+from femflex.decks.findings import BY_MATRICES
+from femflex.decks.nastran.by_number import ByNumber
 from femflex.decks.nastran.card import Card
-from femflex.decks.nastran.materials import Elastic
 from femflex.decks.nastran.middle_nodes import with_middles
 from femflex.decks.nastran.model import NastranModel
-from femflex.fem.sections.materials import Material
+from femflex.fem.sections.materials import Anisotropic, Material
 
 Edges = Sequence[tuple[int, int]]
 
@@ -47,41 +48,34 @@ KINDS = {
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A property of solids: its material and the number of the material's coordinate system."""
+    """A property of solids: its material, None of fluids, and the number of the material's coordinate system."""
 
     card: Card
-    material: Elastic
+    material: Material | Anisotropic | None
     system: int
 
 
 def read_solid_elements(model: NastranModel) -> None:
     """Add the solids of a deck to the model."""
     bulk = model.bulk
-    properties: dict[int, Solid | None] = {}
-    unsupported: dict[int, Card] = {}  # properties that are not supported
-
-    def add(card: Card) -> None:
-        number = card.integer(0)
-        properties.setdefault(number, None)
-        if card.word(6) == "PFLUID" or card.integer(1) in fluids:
-            unsupported[number] = card
-            properties.pop(number)
-            return
-        material = model.materials(card.integer(1))
-        material.solid()
-        properties[number] = Solid(card, material, card.integer(2, 0))
-
     fluids = {card.integer(0) for card in bulk.cards.get("MAT10", ()) if card.is_integer(0)}
-    bulk.for_each_card(add, "PSOLID")
-    for card in bulk.cards_named("PCOMPS", "PCOMPLS", "PLSOLID", use=False):
-        if card.is_integer(0):
-            unsupported[card.integer(0)] = card
+    others = bulk.cards_named("PCOMPS", "PCOMPLS", "PLSOLID", use=False)
+    unsupported = {card.integer(0): card for card in others if card.is_integer(0)}
+    properties: ByNumber[Solid] = ByNumber(bulk, "property", "of solids it has")
+    properties.read("PSOLID", lambda card: Solid(card, _material(model, card, fluids), card.integer(2, 0)))
     for name, kind in KINDS.items():
         bulk.for_each_card(lambda card, kind=kind: _solid(model, card, kind, properties, unsupported), name)  # type: ignore[misc]
 
 
+def _material(model: NastranModel, card: Card, fluids: set[int]) -> Material | Anisotropic | None:
+    """The material of a PSOLID; None of a fluid."""
+    if card.word(6) == "PFLUID" or card.integer(1) in fluids:
+        return None
+    return model.materials(card.integer(1)).solid()
+
+
 def _solid(
-    model: NastranModel, card: Card, kind: Kind, properties: dict[int, Solid | None], unsupported: dict[int, Card]
+    model: NastranModel, card: Card, kind: Kind, properties: ByNumber[Solid], unsupported: dict[int, Card]
 ) -> None:
     number, pid = card.integer(0), card.integer(1, card.integer(0))
     corners = [card.integer(2 + k) for k in range(kind.corners)]
@@ -89,25 +83,20 @@ def _solid(
     if not model.grids.require(corners + [g for g in middles if g], card):
         return
     if pid in unsupported and pid not in properties:
-        if unsupported[pid].name == "PSOLID":
-            model.bulk.findings.unused(
-                f"{card.name} of fluids", "the fluid is left out; its mass is missing", card.location
-            )
-            return
-        raise ValueError(f"{card} names {unsupported[pid]}, which is not understood; give PSOLID instead")
-    if pid not in properties:
         raise ValueError(
-            f"{card} names property {pid}, which is not in the deck; of solids it has {sorted(properties)[:12]}"
+            f"{card} names {unsupported[pid]}, which is not understood; give PSOLID instead, or {BY_MATRICES}"
         )
-    solid = properties[pid]
-    if solid is None:
+    if (solid := properties(pid)) is None:
+        return
+    if (material := solid.material) is None:
+        text = "the fluid is left out; its mass is missing"
+        model.bulk.findings.unused(f"{card.name} of fluids", text, card.location)
         return
     rows, is_second_order = [model.row(g) for g in corners], any(middles)
     x = np.array([model.grids[g].position for g in corners])
     if is_second_order:
         middle_rows = with_middles(model, corners, middles, card, kind.edges)
         rows += [middle_rows[k] for k in kind.order]
-    material = solid.material.solid()
     options: dict[str, object] = {}
     if not isinstance(material, Material) and solid.system:
         options["axes"] = tuple(float(c) for c in _axes(model, solid, x, kind).ravel()[:6])

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from femflex.arrays import Array
+from femflex.decks.nastran.by_number import ByNumber
 from femflex.decks.nastran.card import Card
+from femflex.decks.nastran.line_elements import bar_frame
 from femflex.decks.nastran.model import NastranModel
 from femflex.fem import Bushing, ScalarSpring
 from femflex.fem.bushing import axes_along, turns_nodes
@@ -25,17 +27,16 @@ def read_springs(model: NastranModel) -> None:
     for name in ("CELAS1", "CELAS2"):
         bulk.for_each_card(lambda card: _celas(model, card, values), name, use=False)
     _bushes(model)
-    axial = {card.integer(0): card for card in bulk.cards_named("PBUSH1D", use=False) if card.is_integer(0)}
+    axial: ByNumber[Card] = ByNumber(bulk, "property", "of PBUSH1D it has")
+    axial.read("PBUSH1D", lambda card: card, use=False)
     bulk.for_each_card(lambda card: _axial_bush(model, card, axial), "CBUSH1D", use=False)
 
 
-def _axial_bush(model: NastranModel, card: Card, properties: dict[int, Card]) -> None:
+def _axial_bush(model: NastranModel, card: Card, properties: ByNumber[Card]) -> None:
     """A spring along the line between two grids, or along the x axis of CID."""
     pid, ends, findings = card.integer(1, card.integer(0)), [card.integer(2), card.integer(3, 0)], model.bulk.findings
-    if pid not in properties:
-        numbers = sorted(properties)[:12]
-        raise ValueError(f"{card} names property {pid}, which is not in the deck; of PBUSH1D it has {numbers}")
-    property_card = properties[pid]
+    if (property_card := properties(pid)) is None:
+        return
     if property_card.real(2, 0.0) or property_card.real(3, 0.0):
         findings.unused(
             "PBUSH1D C, M", "damping and mass of bushings are left out; give them in the case", property_card.location
@@ -97,14 +98,14 @@ def _celas(model: NastranModel, card: Card, values: dict[int, float]) -> None:
         (component,) = components
         # between a displacement and a rotation, the displacement is in the deck's unit of length
         factor = sign / u.length if any(turns) and component <= 3 else sign
-        terms.append(component_term(model, grid, component, factor))
+        terms.append(_component_term(model, grid, component, factor))
         model.required.add(grid)
         if component > 3:
             model.required_turning.add(grid)
     model.springs.append((ScalarSpring(tuple(terms), k * unit), [g for g, _ in ends], max(turns), card))
 
 
-def component_term(
+def _component_term(
     model: NastranModel, grid: int, component: int, factor: float
 ) -> tuple[str, str, tuple[float, float, float]]:
     """A term of a ScalarSpring: a component (1 to 6) of a grid, along the grid's own axes, times a factor."""
@@ -119,9 +120,8 @@ def _term(model: NastranModel, grid: int, turns: bool, direction: Array) -> tupl
 
 def _bushes(model: NastranModel) -> None:
     bulk, u = model.bulk, model.bulk.units
-    stiffnesses: dict[int, Array] = {}
 
-    def pbush(card: Card) -> None:
+    def pbush(card: Card) -> Array:
         K = np.zeros(6)
         for k in range(1, len(card.fields), 8):
             word = card.word(k)
@@ -137,22 +137,20 @@ def _bushes(model: NastranModel) -> None:
                 bulk.findings.unused("PBUSH M", "the mass of bushings is left out; give it by CONM2", card.location)
         values = {f"K{i + 1}": float(K[i] * (u.spring if i < 3 else u.moment)) for i in range(6)}
         changed = bulk.override([f"pid_{card.integer(0)}"], values, str(card))
-        stiffnesses[card.integer(0)] = np.array([changed[f"K{i + 1}"] for i in range(6)])
+        return np.array([changed[f"K{i + 1}"] for i in range(6)])
 
-    bulk.for_each_card(pbush, "PBUSH")
+    stiffnesses: ByNumber[Array] = ByNumber(bulk, "property", "of PBUSH it has")
+    stiffnesses.read("PBUSH", pbush)
     bulk.for_each_card(lambda card: _bush(model, card, stiffnesses), "CBUSH")
 
 
-def _bush(model: NastranModel, card: Card, stiffnesses: dict[int, Array]) -> None:
+def _bush(model: NastranModel, card: Card, stiffnesses: ByNumber[Array]) -> None:
     pid = card.integer(1, card.integer(0))
-    if pid not in stiffnesses:
-        raise ValueError(
-            f"{card} names property {pid}, which is not in the deck; of PBUSH it has {sorted(stiffnesses)[:12]}"
-        )
+    if (K := stiffnesses(pid)) is None:
+        return
     ends = [card.integer(2)] + ([card.integer(3)] if card.has(3) else [])
     if not model.grids.require(ends, card):
         return
-    K = stiffnesses[pid]
     if (K < 0).any():
         raise ValueError(f"{card} has a stiffness below zero")
     if not K.any():
@@ -171,12 +169,7 @@ def _bush(model: NastranModel, card: Card, stiffnesses: dict[int, Array]) -> Non
             v = model.grids[card.integer(4)].position - points[0]
         else:
             v = np.array(card.reals(4, 3)) @ model.grids.axes(ends[0])
-        x = span / np.linalg.norm(span)
-        y = v - (v @ x) * x
-        if not np.linalg.norm(y) > 1e-9 * np.linalg.norm(v):
-            raise ValueError(f"{card} has its orientation along its line")
-        y /= np.linalg.norm(y)
-        axes = np.stack([x, y, np.cross(x, y)])
+        axes = bar_frame(span, v, card)
     else:
         axes = None if is_apart else model.grids.axes(ends[0])
     location_point: Array | None = None
