@@ -10,12 +10,10 @@ from scipy.spatial import cKDTree
 
 from femflex.arrays import Array
 from femflex.decks.abaqus.axes import System
-from femflex.decks.abaqus.model import WORDS, AbaqusModel, location_of
+from femflex.decks.abaqus.model import AbaqusModel, location_of, plain_name
 from femflex.decks.abaqus.sections import SectionInputs
 from femflex.decks.abaqus.surfaces import Surfaces, surface_named
-from femflex.decks.builder import direction_key
-from femflex.fem import Distributing, MultiPointConstraint, Rigid
-from femflex.fem.support import GLOBAL, Rows
+from femflex.fem import Distributing
 from femflex.mesh.formats.abaqus_flat import InstanceKeyword
 from femflex.mesh.formats.abaqus_keywords import Keyword
 
@@ -23,6 +21,7 @@ Transforms = Mapping[int, System]  # of nodes with *TRANSFORM
 
 COINCIDENT = 1e-6  # of the model's extent: distance up to which two tied nodes coincide
 ALL = (0, 1, 2, 3, 4, 5)
+BASIC = np.eye(3)
 
 
 def surface_nodes(model: AbaqusModel, surfaces: Surfaces, word: str, entry: InstanceKeyword) -> list[int]:
@@ -89,15 +88,8 @@ def _rigid(
     nodes = [node for node in dict.fromkeys(map(model.representative, nodes)) if node != ref]
     if not nodes or not all([model.depend(node, components, label, keyword) for node in nodes]):
         return
-    words = tuple(WORDS[c] for c in components)
-    nodes_by_axes: dict[tuple[float, ...], list[int]] = {}
-    for node in nodes:
-        nodes_by_axes.setdefault(
-            direction_key((np.eye(3) if system is None else system.axes_at(model.x(node))).ravel()), []
-        ).append(node)
-    for axes, group_nodes in nodes_by_axes.items():
-        rows = tuple(axes[j : j + 3] for j in (0, 3, 6))
-        model.connections.append(Rigid(model.group_of(group_nodes, label), model.group(ref), words, rows))  # type: ignore[arg-type]
+    axes = (lambda _: np.eye(3)) if system is None else (lambda node: system.axes_at(model.x(node)))
+    model.add_rigid(plain_name(label), nodes, ref, tuple(c + 1 for c in components), axes)
     model.moving.update([ref, *nodes])
     model.turning.add(ref)
 
@@ -319,9 +311,7 @@ def _equation_of(
         coefficients = matrix.setdefault(model.representative(other), np.zeros((1, 6)))
         block = 3 * (k // 3)
         coefficients[0, block : block + 3] -= factor / first * unit * axes(other)[k % 3]
-    _add_multi_point(
-        model, node, (c,), matrix, f"*EQUATION at {location_of(keyword, row)}", keyword, tuple(map(tuple, axes(node)))
-    )
+    _add_multi_point(model, node, (c,), matrix, f"*EQUATION at {location_of(keyword, row)}", keyword, axes(node))
 
 
 def _rotation_term(model: AbaqusModel, node: int, c: int, factor: float) -> tuple[int, int, float]:
@@ -332,18 +322,13 @@ def _rotation_term(model: AbaqusModel, node: int, c: int, factor: float) -> tupl
 
 def _add_multi_point(
     model: AbaqusModel, node: int, components: tuple[int, ...], matrix: dict[int, Array], label: str, keyword: Keyword,
-    axes: Rows = GLOBAL,
+    axes: Array = BASIC,
 ) -> None:  # fmt: skip
     node = model.representative(node)
     if not model.depend(node, components, label, keyword):
         return
     leaders = list(matrix) or [node]
     values = np.hstack([matrix.get(other, np.zeros((len(components), 6))) for other in leaders])
-    words = tuple(WORDS[c] for c in components)
-    model.connections.append(
-        MultiPointConstraint(model.group(node), words, tuple(map(model.group, leaders)), values, axes, label)
-    )
-    model.required.update([node, *leaders])
+    model.add_equations(node, tuple(c + 1 for c in components), leaders, values, axes, label)
     if any(c >= 3 for c in components):
         model.required_turning.add(node)
-    model.required_turning.update(other for other in leaders if np.any(matrix.get(other, np.zeros((1, 6)))[:, 3:]))

@@ -8,15 +8,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from femflex.arrays import Array
-from femflex.decks.builder import Builder
-from femflex.decks.findings import Findings, Location
+from femflex.decks.findings import Location
+from femflex.decks.model import DeckModel
 from femflex.decks.units import Units
-from femflex.fem import Bushing, PointMass, ScalarSpring
-from femflex.fem.connections.connection import Connection
 from femflex.mesh.formats.abaqus_flat import FlatDeck, InstanceKeyword, Placement
 from femflex.mesh.formats.abaqus_keywords import Keyword
-
-WORDS = ("x", "y", "z", "rx", "ry", "rz")
 
 
 def location_of(keyword: Keyword, row: int | None = None) -> Location:
@@ -27,28 +23,15 @@ def location_of(keyword: Keyword, row: int | None = None) -> Location:
 
 
 @dataclass
-class AbaqusModel:
+class AbaqusModel(DeckModel):
     """The deck and the parts of the structure built from it.
 
-    moving, turning   nodes that have displacements, and rotations, from elements or connections
-    required, required_turning   nodes whose displacements, and rotations, masses and springs need
-    depending         (node, component 0 to 5) -> label of the connection that makes it dependent
-    rotation_nodes    CalculiX: node whose displacements are the rotations of another
+    rotation_nodes  CalculiX: node whose displacements are the rotations of another
     """
 
     flat: FlatDeck
     units: Units
     overrides: Mapping[str, Mapping[str, Any]]
-    findings: Findings = field(default_factory=Findings)
-    build: Builder = field(default_factory=Builder)
-    point_masses: list[PointMass] = field(default_factory=list)
-    connections: list[Connection] = field(default_factory=list)
-    bushings: list[Bushing | ScalarSpring] = field(default_factory=list)
-    moving: set[int] = field(default_factory=set)
-    turning: set[int] = field(default_factory=set)
-    required: set[int] = field(default_factory=set)
-    required_turning: set[int] = field(default_factory=set)
-    depending: dict[tuple[int, int], str] = field(default_factory=dict)
     rotation_nodes: dict[int, int] = field(default_factory=dict)
     used_overrides: set[str] = field(default_factory=set)  # names of overrides that were used
     merged: dict[int, int] = field(default_factory=dict)  # tied node -> the node it coincides with
@@ -68,27 +51,9 @@ class AbaqusModel:
             node = self.merged[node]
         return node
 
-    def row(self, node: int) -> int:
-        """Row of a node in the points of the mesh."""
-        node = self.representative(node)
-        return self.build.node(node, self.x(node))
-
-    def group(self, node: int) -> str:
-        """Name of the group of one node, such as node_17, which is added if needed."""
-        name = f"node_{self.representative(node)}"
-        if name not in self.build.point_groups:
-            self.build.point_group(self.row(node), name)
-        return name
-
     def group_of(self, nodes: list[int], name: str) -> str:
-        """Add a group of several nodes under this name, with a number appended if it exists; returns the name."""
-        name = re.sub(r"\W+", "_", name).strip("_").lower()
-        k, unique_name = 1, name
-        while unique_name in self.build.point_groups:
-            k += 1
-            unique_name = f"{name}_{k}"
-        self.build.point_groups[unique_name] = list(dict.fromkeys(self.row(node) for node in nodes))
-        return unique_name
+        """Add a group of several nodes under this name, in small letters; returns the name."""
+        return self.new_group(plain_name(name), nodes)
 
     def keywords_named(self, *names: str, use: bool = True) -> Iterator[InstanceKeyword]:
         """Keywords of these names with their instance, in order, counted as used."""
@@ -148,14 +113,10 @@ class AbaqusModel:
     def depend(self, node: int, components: tuple[int, ...], label: str, keyword: Keyword) -> bool:
         """Record that components (0 to 5) of a node are dependent; add a problem and return False if they already
         are."""
-        node = self.representative(node)
-        for c in components:
-            first = self.depending.get((node, c))
-            if first is not None:
-                self.findings.problem(
-                    f"{label} makes component {c + 1} of node {self.flat.label(node)} dependent, which {first} does "
-                    "already; make it dependent once", location_of(keyword),
-                )  # fmt: skip
-                return False
-        self.depending |= {(node, c): label for c in components}
-        return True
+        node, numbers = self.representative(node), tuple(c + 1 for c in components)
+        return self.make_dependent(node, numbers, f"node {self.flat.label(node)}", label, location_of(keyword))
+
+
+def plain_name(name: str) -> str:
+    """The words of a text as the name of a group."""
+    return re.sub(r"\W+", "_", name).strip("_").lower()

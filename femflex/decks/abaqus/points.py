@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from femflex.arrays import Array
@@ -121,7 +119,9 @@ def _joint(model: AbaqusModel, inputs: SectionInputs, joint: InstanceKeyword, en
         nodes = [model.representative(node) for node in element.nodes]
         axes = system.axes_at(model.x(nodes[0])) if system is not None else np.eye(3)
         direction = axes[c % 3]
-        terms = [_term(model, node, turns, sign * direction) for node, sign in zip(nodes, (1.0, -1.0), strict=False)]
+        terms = [
+            model.spring_term(node, turns, sign * direction) for node, sign in zip(nodes, (1.0, -1.0), strict=False)
+        ]
         model.required.update(nodes)
         model.required_turning.update(nodes if turns else [])
         unit = model.units.moment if turns else model.units.spring
@@ -157,17 +157,11 @@ def _spring(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword) -
             axes = np.eye(3) if system is None else system.axes_at(model.x(node))
             # between a displacement and a rotation, the displacement is in the deck's unit of length
             factor = sign / model.units.length if mixed and not turns else sign
-            terms.append(_term(model, node, turns, factor * axes[c % 3]))
+            terms.append(model.spring_term(node, turns, factor * axes[c % 3]))
             model.required.add(node)
             model.required_turning.update([node] if turns else [])
         unit = model.units.moment if mixed else model.units.spring
         model.bushings.append(ScalarSpring(tuple(terms), stiffness * unit))
-
-
-def _term(model: AbaqusModel, node: int, turns: bool, direction: Array) -> tuple[str, Any, tuple[float, float, float]]:
-    """A term of a spring: the translation or rotation of a node along a direction (3,)."""
-    x, y, z = map(float, direction)
-    return model.group(node), "rotation" if turns else "translation", (x, y, z)
 
 
 def _elements_of_keyword(model: AbaqusModel, entry: InstanceKeyword) -> list[Element]:

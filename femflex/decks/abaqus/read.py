@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -19,11 +18,10 @@ from femflex.decks.abaqus.supports import read_supports
 from femflex.decks.abaqus.surfaces import read_surfaces
 from femflex.decks.abaqus.unused import consequence_of_type, elements_by_kind, report_unused
 from femflex.decks.deck import Deck
+from femflex.decks.model import NODE_MEMBERS
 from femflex.decks.register import Overrides
 from femflex.decks.units import Units
-from femflex.fem import Member
 from femflex.mesh.formats.abaqus_flat import read_flat
-from femflex.mesh.orientation import reorient_solids
 
 # families that give stiffness to all components of their nodes
 FULL_RANK_FAMILIES = {
@@ -65,7 +63,7 @@ def read_abaqus_deck(path: Path, units: Units, overrides: Overrides) -> Deck:
     read_connections(model, inputs, surfaces, transforms)
     read_masses(model, inputs)
     read_springs(model, inputs)
-    _add_lone_nodes(model)
+    model.add_lone_nodes()
     finish_masses(model)
     supports, default = read_supports(model, transforms)
     loads = read_loads(model, surfaces, transforms)
@@ -85,21 +83,14 @@ def read_abaqus_deck(path: Path, units: Units, overrides: Overrides) -> Deck:
             findings.problem(f"{count} elements of type {kind}: {consequence_of_type(kind)}", location)
         if not kinds:
             findings.problem(f"{path.name} has no elements; there is no structure to make")
-    findings.check(path)
-    mesh = model.build.mesh()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        mesh = reorient_solids(mesh, path.name) if mesh.cells else mesh
-    deck = Deck(
-        path.name, "Abaqus", mesh, (*model.build.members(), *_node_members(model)), tuple(model.point_masses),
-        tuple(model.connections), tuple(model.bushings), supports, default, dict(model.build.row_of), units,
-        tuple(material.values.get("E", material.values.get("E1", 0.0)) for material in materials),
-        tuple(material.density for material in materials), tuple(material.name for material in materials),
-        dict(sorted(findings.used.items())), findings.left_out, findings.notes, no_density,
-        (*((m.name, "density") for m in materials), *((name, "nonstructural_mass") for name in model.bare_sections)),
-        loads,
+    weightless = (*((m.name, "density") for m in materials), *((n, "nonstructural_mass") for n in model.bare_sections))
+    deck = model.deck(
+        path, "Abaqus", units, supports, default, materials=tuple(m.name for m in materials), loads=loads,
+        moduli=tuple(m.values.get("E", m.values.get("E1", 0.0)) for m in materials),
+        densities=tuple(m.density for m in materials), no_density=no_density, weightless=weightless,
     )  # fmt: skip
-    stiff = model.build.families() <= FULL_RANK_FAMILIES and not model.connections and not _node_members(model)
+    lone = NODE_MEMBERS.keys() & model.build.point_groups.keys()
+    stiff = model.build.families() <= FULL_RANK_FAMILIES and not model.connections and not lone
     return deck if stiff else deck.with_autospc()  # which assembles the structure
 
 
@@ -111,29 +102,6 @@ def _nodal_thickness(model: AbaqusModel) -> dict[int, float]:
             value = keyword.real(row[1] if len(row) > 1 else "", k, "a thickness")
             thickness |= dict.fromkeys(model.nodes_of(row[0], scope, keyword, k), value)
     return thickness
-
-
-def _add_lone_nodes(model: AbaqusModel) -> None:
-    """Add members of nodes for nodes that belong only to masses, springs and equations."""
-    lone = sorted(model.required - model.moving)
-    if not model.build.cells and model.connections:  # couplings that join only masses and springs
-        lone = sorted(model.required | model.moving)
-        model.required_turning |= model.turning
-    for turns in (False, True):
-        nodes = [node for node in lone if (node in model.required_turning) == turns]
-        if nodes:
-            model.build.point_groups["lone_nodes" + ("_turning" if turns else "")] = [model.row(n) for n in nodes]
-            model.turning.update(nodes if turns else [])
-    model.moving.update(lone)
-
-
-def _node_members(model: AbaqusModel) -> list[Member]:
-    names = {"lone_nodes": False, "lone_nodes_turning": True}
-    return [
-        Member(name, "nodes", options={"rotations": turns})
-        for name, turns in names.items()
-        if name in model.build.point_groups
-    ]
 
 
 def _add_set_groups(model: AbaqusModel) -> None:

@@ -15,8 +15,7 @@ from femflex.decks.abaqus.axes import System
 from femflex.decks.abaqus.beam_sections import beam_section, general_section, with_shear
 from femflex.decks.abaqus.materials import Elastic, Materials
 from femflex.decks.abaqus.model import AbaqusModel
-from femflex.decks.arcs import chain_of
-from femflex.decks.builder import direction_key
+from femflex.decks.builder import Builder, direction_key
 from femflex.fem.plate.frames import same_side
 from femflex.fem.sections.laminates import PlateSection, Ply, layup
 from femflex.fem.sections.library import CableSection
@@ -33,6 +32,8 @@ MAX_TRIANGLE_SHARE = 0.2  # share of triangles in a section above which they bec
 MASSLESS = 1e-18  # [s^2/m^2] mass per length over EA given to bars without mass
 LARGE_EXTENT = 1e9  # m; the deck decides whether beams have transverse shear
 SHEARLESS_TYPES = ("B23", "B33")
+ELEMENTS_PER_HALF = 4  # of a curved beam: straight elements from its middle to an end; arc length: (angle / 8)^2 / 24
+STRAIGHT = 1e-3  # of the length: offset of the middle node up to which a beam is straight (lengthens it by 1e-6)
 PLANE_TYPES = ("CPS", "CPE", "CAX", "CGAX", "CPEG", "AC", "DC")
 SECTION_KEYWORDS = (
     "SHELL SECTION", "SHELL GENERAL SECTION", "MEMBRANE SECTION", "SOLID SECTION", "BEAM SECTION",
@@ -231,7 +232,7 @@ def _beams(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, el
         cells = [(element.cell, [model.row(n) for n in element.nodes])]
         if element.cell == "line3":
             start, end, middle = cells[0][1]
-            chain = chain_of(model.build, start, middle, end)
+            chain = _chain_of(model.build, start, middle, end)
             cells = [("line", list(pair)) for pair in pairwise(chain)] if len(chain) > 3 else cells
         for cell, rows in cells:
             model.build.cell(cell, rows, key, elset, "beam", beam.section, None, options, (), element.number)
@@ -240,6 +241,17 @@ def _beams(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, el
         model.turning.update(nodes)
 
     return make
+
+
+def _chain_of(build: Builder, start: int, middle: int, end: int) -> list[int]:
+    """Rows of the points along an element: its three nodes, and new points on their parabola if it is curved."""
+    a, c, b = (build.points[row] for row in (start, middle, end))
+    if np.linalg.norm(c - (a + b) / 2) <= STRAIGHT * np.linalg.norm(b - a):
+        return [start, middle, end]
+    xi = np.linspace(-1, 1, 2 * ELEMENTS_PER_HALF + 1)
+    x = np.stack([xi * (xi - 1) / 2, 1 - xi**2, xi * (xi + 1) / 2], axis=1) @ np.stack([a, c, b])
+    inner = [build.point(x[k]) for k in range(1, 2 * ELEMENTS_PER_HALF) if k != ELEMENTS_PER_HALF]
+    return [start, *inner[: ELEMENTS_PER_HALF - 1], middle, *inner[ELEMENTS_PER_HALF - 1 :], end]
 
 
 def _shells(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, elset: str, facets: bool) -> Make:

@@ -6,10 +6,11 @@ from functools import partial
 
 import numpy as np
 
+from femflex.arrays import Array
 from femflex.decks.abaqus.axes import System
-from femflex.decks.abaqus.model import WORDS, AbaqusModel, location_of
-from femflex.decks.builder import direction_key
+from femflex.decks.abaqus.model import AbaqusModel, location_of, plain_name
 from femflex.fem import Support
+from femflex.fem.support import COMPONENTS
 from femflex.mesh.formats.abaqus_flat import InstanceKeyword
 
 SupportSet = dict[str, Support]
@@ -100,26 +101,21 @@ def _boundary(model: AbaqusModel, entry: InstanceKeyword, state: State) -> None:
 
 def _supports_of_state(model: AbaqusModel, state: State, name: str, transforms: dict[int, System]) -> SupportSet:
     """Groups of nodes with the same components along the same axes."""
-    nodes_by_support: dict[tuple[tuple[int, ...], tuple[float, ...]], list[int]] = {}
+    fixed: State = {}
     for node, components in state.items():
         if node not in model.moving:
             continue
-        fixed = {c for c in components if c < 3 or node in model.turning}
-        dependent = {c for c in fixed if (node, c) in model.depending}
+        fixed[node] = {c + 1 for c in components if c < 3 or node in model.turning}
+        dependent = {c for c in fixed[node] if (node, c) in model.depending}
         if dependent:
             model.findings.note(
-                f"{name}: components {sorted(c + 1 for c in dependent)} of node {model.flat.label(node)} are "
+                f"{name}: components {sorted(dependent)} of node {model.flat.label(node)} are "
                 f"supported, but depend on others by {model.depending[node, min(dependent)]}; this support is left "
                 "out, so support the others"
             )
-            fixed -= dependent
-        if fixed:
-            axes = transforms[node].axes_at(model.x(node)) if node in transforms else np.eye(3)
-            nodes_by_support.setdefault((tuple(sorted(fixed)), direction_key(axes.ravel())), []).append(node)
-    supports: SupportSet = {}
-    for (support_components, key), nodes in nodes_by_support.items():
-        words = tuple(WORDS[c] for c in support_components)
-        group = model.group_of(nodes, f"{name} {' '.join(words)}")
-        rows = np.array(key).reshape(3, 3)
-        supports[group] = Support(words, tuple(map(tuple, rows.tolist())))
-    return supports
+            fixed[node] -= dependent
+
+    def axes(node: int) -> Array:
+        return transforms[node].axes_at(model.x(node)) if node in transforms else np.eye(3)
+
+    return model.support_set(fixed, axes, lambda c: plain_name(f"{name} {' '.join(COMPONENTS[k - 1] for k in c)}"))

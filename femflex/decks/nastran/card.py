@@ -9,9 +9,8 @@ from dataclasses import dataclass
 
 from femflex.decks.findings import Location
 from femflex.mesh.formats.guards import check_count
+from femflex.mesh.formats.nastran_cards import real
 from femflex.mesh.formats.numbers import Numbers
-
-EXPONENT = re.compile(r"(?<=[0-9.])([+-])(?=\d+$)")
 
 
 class FieldError(ValueError):
@@ -56,13 +55,8 @@ class Card:
             if default is None:
                 raise FieldError(f"{self} has nothing in field {k + 2}, where a number is needed")
             return default
-        text = (
-            EXPONENT.sub(r"E\1", word.replace("D", "E"))
-            if "E" not in word.replace("D", "E")
-            else word.replace("D", "E")
-        )
         try:
-            return float(text)
+            return real(word)
         except ValueError:
             raise FieldError(f"{self} has {word!r} in field {k + 2}, where a number is needed") from None
 

@@ -13,10 +13,11 @@ from femflex.decks.builder import direction_key
 from femflex.decks.nastran.bar_properties import BarProperty, principal
 from femflex.decks.nastran.by_number import ByNumber
 from femflex.decks.nastran.card import Card
-from femflex.decks.nastran.model import WORDS, NastranModel
+from femflex.decks.nastran.model import NastranModel
 from femflex.fem import Rigid
 from femflex.fem.sections.library import CableSection, StiffnessSection
 from femflex.fem.sections.profiles import profile
+from femflex.fem.support import COMPONENTS
 
 MASSLESS = 1e-18  # [s^2/m^2] mass per length over EA given to bars without mass
 RELATIVE_SUBSTITUTE = 1e-9  # stiffness given to a bar in place of zero, relative to its other stiffnesses
@@ -130,7 +131,7 @@ def _add_bar(
     if pins:
         name = f"{card.name.lower()}_{card.integer(0)}-pins{'-'.join(map(str, released_rows))}"
         model.build.point_groups[name] = list(released_rows)
-        options = {**options, "release": tuple(WORDS[c - 1] for c in pins), "release_at": name}
+        options = {**options, "release": tuple(COMPONENTS[c - 1] for c in pins), "release_at": name}
     model.build.cell(
         "line", rows, key, f"pid_{pid}", "beam", section, None, options, model.bulk.names_of(pid), card.integer(0)
     )

@@ -6,9 +6,10 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.decks.nastran.card import Card
-from femflex.decks.nastran.model import WORDS, NastranModel
+from femflex.decks.nastran.model import NastranModel
 from femflex.fem import MultiPointConstraint, PointMass
 from femflex.fem.point_mass import check_inertia
+from femflex.fem.support import COMPONENTS
 
 NO_MASS = 1e-6  # mass given to an inertia without mass, relative to the total mass
 
@@ -151,13 +152,13 @@ def _add_scalar_masses(model: NastranModel) -> None:
 
 def _add_along(model: NastranModel, grid: int, component: int, mass: float, card: Card) -> None:
     """Add a mass [kg] on a point that follows a grid in one component, and does not move in the others."""
-    name, axes = model.new_name(f"mass_{grid}_{component}"), model.grids.axes(grid)
+    name, axes = f"mass_{grid}_{component}", model.grids.axes(grid)
     model.build.point_group(model.build.point(model.grids[grid].position), name)
     model.free_points.append(model.build.point_groups[name][0])
     matrix = np.zeros((3, 6))
     matrix[component - 1, :3] = axes[component - 1]
     rows = tuple(map(tuple, np.asarray(axes).tolist()))
-    model.connections.append(MultiPointConstraint(name, WORDS[:3], (model.group(grid),), matrix, rows, str(card)))
+    model.connections.append(MultiPointConstraint(name, COMPONENTS[:3], (model.group(grid),), matrix, rows, str(card)))
     model.point_masses.append(PointMass(name, mass))
     model.required.add(grid)
     model.bulk.findings.note(

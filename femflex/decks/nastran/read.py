@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import warnings
 from pathlib import Path
 
 from femflex.decks.deck import Deck
@@ -18,7 +17,6 @@ from femflex.decks.nastran.model import NastranModel
 from femflex.decks.nastran.nonstructural_mass import NonstructuralMass
 from femflex.decks.nastran.rigid_elements import read_rigid_elements
 from femflex.decks.nastran.scalar_points import fix_absent_components, place_scalar_points
-from femflex.decks.nastran.sets import read_sets
 from femflex.decks.nastran.shell_elements import read_shell_elements
 from femflex.decks.nastran.solid_elements import read_solid_elements
 from femflex.decks.nastran.springs import finish_springs, read_springs
@@ -27,9 +25,8 @@ from femflex.decks.nastran.systems import Systems
 from femflex.decks.nastran.unused import report_unused
 from femflex.decks.register import Overrides
 from femflex.decks.units import Units
-from femflex.fem import Member
 from femflex.mesh.formats.nastran_cards import read_deck as read_cards
-from femflex.mesh.orientation import reorient_solids
+from femflex.mesh.formats.nastran_cards import read_number_list
 
 
 def read_nastran_deck(path: Path, units: Units, overrides: Overrides) -> Deck:
@@ -59,7 +56,7 @@ def read_nastran_deck(path: Path, units: Units, overrides: Overrides) -> Deck:
     grids = Grids(bulk, systems)
     model = NastranModel(
         bulk, systems, grids, materials, BarProperties(bulk, materials), NonstructuralMass(bulk),
-        scalar_points=scalar_points,
+        scalar_points=scalar_points, findings=bulk.findings,
     )  # fmt: skip
     read_line_elements(model)
     read_shell_elements(model)
@@ -68,12 +65,12 @@ def read_nastran_deck(path: Path, units: Units, overrides: Overrides) -> Deck:
     read_masses(model)
     read_springs(model)
     fix_absent_components(model)
-    _add_lone_grids(model)
+    model.add_lone_nodes()
     finish_springs(model)
     finish_masses(model, 0.0)
     supports, default = read_supports(model)
     loads = read_loads(model)
-    read_sets(model)
+    _add_sets(model)
     report_unused(bulk)
     all_materials = materials.all_materials()
     no_density = bulk.findings.note_no_mass(
@@ -84,17 +81,11 @@ def read_nastran_deck(path: Path, units: Units, overrides: Overrides) -> Deck:
     _report_unknown_overrides(model)
     if not model.build.cells and not model.moving and not bulk.findings.problems:
         bulk.findings.problem(f"{path.name} has no elements, masses or springs; there is no structure to make")
-    bulk.findings.check(path)
-    mesh = model.build.mesh()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        mesh = reorient_solids(mesh, path.name) if mesh.cells else mesh
-    deck = Deck(
-        path.name, "Nastran", mesh, (*model.build.members(), *_node_members(model)), tuple(model.point_masses),
-        tuple(model.connections), tuple(model.bushings), supports, default, dict(model.build.row_of), units,
-        *_moduli_and_densities(materials), tuple(f"mat_{material.number}" for material in materials.all_materials()),
-        dict(sorted(bulk.findings.used.items())), bulk.findings.left_out, bulk.findings.notes, no_density,
-        tuple((f"mat_{material.number}", "density") for material in all_materials), loads,
+    moduli, densities = _moduli_and_densities(materials)
+    names = tuple(f"mat_{material.number}" for material in all_materials)
+    deck = model.deck(
+        path, "Nastran", units, supports, default, moduli=moduli, densities=densities, materials=names, loads=loads,
+        no_density=no_density, weightless=tuple((name, "density") for name in names),
     )  # fmt: skip
     autospc = bulk.parameters.get("AUTOSPC")
     return deck if autospc is not None and autospc.word(1) == "NO" else deck.with_autospc()
@@ -107,28 +98,35 @@ def _moduli_and_densities(materials: Materials) -> tuple[tuple[float, ...], tupl
     return moduli, tuple(v["density"] for v in values if v["density"] > 0)
 
 
-def _add_lone_grids(model: NastranModel) -> None:
-    """Add members of nodes for grids that belong only to masses, springs and constraints."""
-    lone = sorted(model.required - model.moving)
-    if not model.build.cells and model.connections:  # rigid elements that join only masses and springs
-        lone = sorted(model.required | model.moving)
-        model.required_turning |= model.turning
-    for turns in (False, True):
-        grids = [g for g in lone if (g in model.required_turning) == turns]
-        rows = [*map(model.row, grids), *([] if turns else model.free_points)]
-        if rows:
-            model.build.point_groups["lone_nodes" + ("_turning" if turns else "")] = rows
-            model.turning.update(grids if turns else [])
-    model.moving.update(lone)
+def _add_sets(model: NastranModel) -> None:
+    """Add the sets of a deck as groups of points or of cells; the kind follows from a comment, SET3, or the numbers."""
+    raw, build = model.bulk.raw, model.build
+    kinds = {number: kind for number, (kind, _) in raw.set_names.items()}
+    sets = dict(raw.sets)
 
-
-def _node_members(model: NastranModel) -> list[Member]:
-    names = {"lone_nodes": False, "lone_nodes_turning": True}
-    return [
-        Member(name, "nodes", options={"rotations": turns})
-        for name, turns in names.items()
-        if name in model.build.point_groups
-    ]
+    for card in model.bulk.cards_named("SET1", "SET3"):
+        if not card.is_integer(0):
+            continue
+        try:
+            if card.name == "SET1":
+                sets.setdefault(card.integer(0), read_number_list([w for w in card.words_from(1) if w != "SKIN"]))
+            elif card.word(1) in ("GRID", "ELEM", "ELEMENT"):
+                sets[card.integer(0)] = read_number_list(card.words_from(2))
+                kinds[card.integer(0)] = "1" if card.word(1) == "GRID" else "2"
+        except ValueError as error:
+            model.bulk.findings.note(f"{card.location}: {card} is left out: {error}")
+    for number, members in sets.items():
+        grids = members.among(build.row_of) if kinds.get(number) != "2" else []
+        names = [f"set_{number}"] + ([raw.set_names[number][1]] if number in raw.set_names else [])
+        if kinds.get(number) == "1" or (number not in kinds and members.all_in(model.grids)):
+            if grids:
+                for name in names:
+                    build.point_groups.setdefault(name, [build.row_of[g] for g in grids])
+            continue
+        for element in members.among(build.cell_of):
+            for kind, row in build.cell_of[element]:
+                for name in names:
+                    build.cell_groups.setdefault(name, {}).setdefault(kind, []).append(row)
 
 
 def _report_unknown_overrides(model: NastranModel) -> None:

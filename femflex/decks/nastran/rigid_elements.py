@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.decks.builder import direction_key
 from femflex.decks.nastran.card import Card, FieldError
-from femflex.decks.nastran.model import WORDS, NastranModel
-from femflex.fem import Distributing, MultiPointConstraint, Rigid
+from femflex.decks.nastran.model import NastranModel
+from femflex.fem import Distributing
 from femflex.mesh.formats.guards import check_count
 from femflex.mesh.formats.numbers import Numbers
 
@@ -55,19 +54,11 @@ def _rbe2(model: NastranModel, card: Card) -> None:
         return
     if not all([model.depend(g, components, card) for g in grids]):
         return
-    words = tuple(WORDS[c - 1] for c in components)
-    by_axes: dict[tuple[float, ...], list[int]] = {}
     is_isotropic = all(
         set(part) <= set(components) or not set(part) & set(components) for part in ((1, 2, 3), (4, 5, 6))
     )
-    for g in grids:
-        axes = np.eye(3) if is_isotropic else model.grids.axes(g)
-        by_axes.setdefault(direction_key(axes.ravel()), []).append(g)
-    for k, (axes_key, group_grids) in enumerate(by_axes.items()):
-        name = model.new_name(f"rbe2_{card.integer(0)}" + (f"-{k + 1}" if len(by_axes) > 1 else ""))
-        model.build.point_groups[name] = [model.row(g) for g in group_grids]
-        rows = np.array(axes_key).reshape(3, 3)
-        model.connections.append(Rigid(name, model.group(centre), words, tuple(map(tuple, rows.tolist()))))
+    axes = (lambda _: np.eye(3)) if is_isotropic else model.grids.axes
+    model.add_rigid(f"rbe2_{card.integer(0)}", grids, centre, components, axes)
     model.turning.update(g for g in grids if g not in model.moving)
     model.turning.add(centre)
     model.moving.update([centre, *grids])
@@ -118,23 +109,13 @@ def _add_rigid_dependence(
 def _add_multi_point(
     model: NastranModel, card: Card, grid: int, components: tuple[int, ...], leaders: list[int], matrix: Array
 ) -> None:
-    axes = model.grids.axes(grid)
-    model.connections.append(
-        MultiPointConstraint(
-            model.group(grid), tuple(WORDS[c - 1] for c in components), tuple(model.group(g) for g in leaders),
-            matrix, tuple(map(tuple, axes.tolist())), f"{card.name} {card.word(0)}",
-        )
-    )  # fmt: skip
-    model.required.update([grid, *leaders])
+    label = f"{card.name} {card.word(0)}"
+    model.add_equations(grid, components, leaders, matrix, model.grids.axes(grid), label)
     may_rotate = grid not in model.moving or grid in model.turning  # grids of rods and solids have no rotation
     model.moving.add(grid)
     if set(components) & {4, 5, 6} and may_rotate:
         model.turning.add(grid)
         model.required_turning.add(grid)
-    rotation_columns = matrix.reshape(len(matrix), len(leaders), 2, 3)[:, :, 1]
-    for k, g in enumerate(leaders):
-        if rotation_columns[:, k].any():
-            model.required_turning.add(g)
 
 
 def _rbar(model: NastranModel, card: Card) -> None:
@@ -153,9 +134,7 @@ def _rbar(model: NastranModel, card: Card) -> None:
         other = b if lead == a else a
         components = next(c for g, c in dependent if g == other)
         if components == everything and model.depend(other, components, card):
-            name = model.new_name(f"rbar_{card.integer(0)}")
-            model.build.point_groups[name] = [model.row(other)]
-            model.connections.append(Rigid(name, model.group(lead)))
+            model.add_rigid(f"rbar_{card.integer(0)}", [other], lead, everything, lambda _: np.eye(3))
             model.turning.update(g for g in (lead, other) if g == lead or g not in model.moving)
             model.moving.update([a, b])
             return
@@ -263,9 +242,8 @@ def _rbe3(model: NastranModel, card: Card) -> None:
         r = x - w @ x / w.sum()
         extents = np.linalg.svd(r, compute_uv=False)
         if len(extents) > 1 and extents[1] > 1e-6 * extents[0]:
-            name = model.new_name(f"rbe3_{card.integer(0)}")
+            name = model.new_group(f"rbe3_{card.integer(0)}", leaders)
             order = np.argsort([model.row(g) for g in leaders])
-            model.build.point_groups[name] = [model.row(g) for g in leaders]
             model.connections.append(Distributing(name, model.group(centre), tuple(float(v) for v in w[order])))
             model.moving.add(centre)
             model.turning.add(centre)

@@ -13,8 +13,7 @@ import numpy as np
 
 from femflex.decks.nastran.bulk import Bulk
 from femflex.decks.nastran.card import Card, FieldError, numbers_of
-from femflex.decks.nastran.model import WORDS, NastranModel
-from femflex.fem import MultiPointConstraint
+from femflex.decks.nastran.model import NastranModel
 
 Component = tuple[int, int]  # number of a grid point, and 1 to 6
 ELEMENTS = ("CELAS1", "CELAS2", "MPC", "CMASS1", "CMASS2")  # the first that names a grid point places it
@@ -184,11 +183,8 @@ def fix_absent_components(model: NastranModel) -> None:
             continue
         absent = tuple(c for c in range(1, 7 if grid in model.required_turning else 4) if c not in components)
         if absent:
-            words = tuple(WORDS[c - 1] for c in absent)
-            axes = tuple(map(tuple, np.asarray(model.grids.axes(grid)).tolist()))
-            zero = np.zeros((len(words), 0))
-            name = f"scalar point {grid}"
-            model.connections.append(MultiPointConstraint(model.group(grid), words, (), zero, axes, name))
+            zero = np.zeros((len(absent), 0))
+            model.add_equations(grid, absent, [], zero, model.grids.axes(grid), f"scalar point {grid}")
         if any(g == grid for g, *_ in model.masses):
             model.bulk.findings.note(
                 f"the mass of scalar point {grid} moves in component {', '.join(map(str, sorted(components)))} "

@@ -64,7 +64,7 @@ def _axial_bush(model: NastranModel, card: Card, properties: ByNumber[Card]) -> 
         raise ValueError(f"{card} has no line between two grids, and no CID; give CID, along whose x axis it acts")
     findings.use(card.name)
     signs = zip(ends, (1.0, -1.0), strict=False)
-    terms = tuple(_term(model, g, False, s * direction) for g, s in signs)
+    terms = tuple(model.spring_term(g, False, s * direction) for g, s in signs)
     model.required.update(ends)
     model.springs.append((ScalarSpring(terms, k * model.bulk.units.spring), ends, False, card))
 
@@ -109,13 +109,7 @@ def _component_term(
     model: NastranModel, grid: int, component: int, factor: float
 ) -> tuple[str, str, tuple[float, float, float]]:
     """A term of a ScalarSpring: a component (1 to 6) of a grid, along the grid's own axes, times a factor."""
-    return _term(model, grid, component > 3, factor * model.grids.axes(grid)[(component - 1) % 3])
-
-
-def _term(model: NastranModel, grid: int, turns: bool, direction: Array) -> tuple[str, str, tuple[float, float, float]]:
-    """A term of a ScalarSpring: the translation or the rotation of a grid along a direction (3,), with its factor."""
-    x, y, z = map(float, direction)
-    return model.group(grid), "rotation" if turns else "translation", (x, y, z)
+    return model.spring_term(grid, component > 3, factor * model.grids.axes(grid)[(component - 1) % 3])
 
 
 def _bushes(model: NastranModel) -> None:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from femflex.decks.builder import direction_key
+from femflex.arrays import Array
 from femflex.decks.nastran.card import Card, numbers_of
-from femflex.decks.nastran.model import WORDS, NastranModel
+from femflex.decks.nastran.model import NastranModel
 from femflex.fem import Support
 
 SupportSet = dict[str, Support]
@@ -31,12 +31,10 @@ def read_supports(model: NastranModel) -> tuple[dict[str, SupportSet], tuple[str
             present = model.scalar_points.get(g, EVERY)
             clash = [c for c in components if (g, c) in model.depending and c in present]
             if clash and number in in_force:
-                first = model.depending[g, clash[0]]
                 bulk.findings.problem(
-                    f"{card} fixes component {clash[0]} of grid {g}, which is dependent in {first} "
-                    f"({first.location}); fix the independent components instead",
-                    card.location,
-                )
+                    f"{card} fixes component {clash[0]} of grid {g}, which is dependent in "
+                    f"{model.depending[g, clash[0]]}; fix the independent components instead", card.location,
+                )  # fmt: skip
                 continue
             components_of_grid.setdefault(g, set()).update(c for c in components if c in present)
 
@@ -88,12 +86,10 @@ def read_supports(model: NastranModel) -> tuple[dict[str, SupportSet], tuple[str
         grid = model.grids[g]
         for c in grid.fixed:
             if (g, c) in model.depending:
-                first = model.depending[g, c]
                 bulk.findings.problem(
-                    f"{grid.card} fixes component {c}, which is dependent in {first} ({first.location}); fix the "
-                    "independent components instead",
-                    grid.card.location,
-                )
+                    f"{grid.card} fixes component {c}, which is dependent in {model.depending[g, c]}; fix the "
+                    "independent components instead", grid.card.location,
+                )  # fmt: skip
             else:
                 on_cards.setdefault(g, set()).add(c)
     default = []
@@ -108,29 +104,15 @@ def read_supports(model: NastranModel) -> tuple[dict[str, SupportSet], tuple[str
 
 
 def _support_groups(model: NastranModel, components_of_grid: dict[int, set[int]], name: str) -> SupportSet:
-    """Groups and supports of grids with their components: one group per combination of components and axes."""
-    groups: dict[tuple[tuple[int, ...], tuple[float, ...]], list[int]] = {}
-    all_rows: list[int] = []
-    for g, components in components_of_grid.items():
-        if g not in model.build.row_of:
-            continue
-        present = tuple(c for c in sorted(components) if c <= 3 or g in model.turning)
-        if not present:
-            continue
-        is_isotropic = all(set(part) <= components or not set(part) & components for part in ((1, 2, 3), (4, 5, 6)))
-        axes = np.eye(3) if is_isotropic else model.grids.axes(g)
-        groups.setdefault((present, direction_key(axes.ravel())), []).append(model.row(g))
-        all_rows.append(model.row(g))
-    supports: SupportSet = {}
-    for (components_, axes_key), rows in groups.items():
-        base = f"{name}-{''.join(map(str, components_))}"
-        group, k = base, 1
-        while group in supports:
-            k += 1
-            group = f"{base}-{k}"
-        model.build.point_groups[group] = rows
-        frame = np.array(axes_key).reshape(3, 3)
-        supports[group] = Support(tuple(WORDS[c - 1] for c in components_), tuple(map(tuple, frame.tolist())))
+    """Groups and supports of grids with their components, and a group `name` of all these grids."""
+    used = {g: components for g, components in components_of_grid.items() if g in model.build.row_of}
+
+    def axes(g: int) -> Array:
+        is_isotropic = all(set(part) <= used[g] or not set(part) & used[g] for part in ((1, 2, 3), (4, 5, 6)))
+        return np.eye(3) if is_isotropic else model.grids.axes(g)
+
+    supports = model.support_set(used, axes, lambda components: f"{name}-{''.join(map(str, components))}")
     if supports:
-        model.build.point_groups[name] = all_rows
+        groups = model.build.point_groups
+        groups[name] = [row for group in supports for row in groups[group]]
     return supports

@@ -15,7 +15,7 @@ import numpy as np
 from femflex.arrays import IntArray
 from femflex.mesh.formats.contents import Block, Contents
 from femflex.mesh.formats.element_blocks import MISSING, NumberedElement, blocks_of, require_nodes
-from femflex.mesh.formats.nastran_cards import NAME, Deck, read_deck, read_number_list
+from femflex.mesh.formats.nastran_cards import NAME, Deck, read_deck, read_number_list, real
 from femflex.mesh.formats.nastran_write import write_nastran
 from femflex.mesh.formats.numbers import Numbers
 from femflex.mesh.formats.register import register
@@ -86,11 +86,9 @@ def _grids(deck: Deck, path: Path) -> dict[int, list[float]]:
 
 
 def _number(word: str, card: str, path: Path) -> float:
-    """A Nastran real (1.5-3, 2.D+4, blank)."""
-    text = word.upper().replace("D", "E") or "0.0"
-    text = re.sub(r"(?<=[0-9.])([+-])", r"E\1", text) if "E" not in text else text
+    """A Nastran real, blank as zero."""
     try:
-        return float(text)
+        return real(word or "0.0")
     except ValueError:
         raise ValueError(
             f"{path.name}: {card} has {word!r} where a number belongs; correct the field, or the columns of the card."

@@ -17,6 +17,7 @@ WIDTH = {False: 8, True: 16}  # columns of a data field, small and large
 FREE_FIELD = re.compile(r"[A-Za-z]\w*|[+-]?(\d+\.?\d*|\.\d+)([EeDd]?[+-]?\d+)?|=|==|\*\([^()]+\)")
 REPEATED_FIELD = re.compile(r"==?|\*\([^()]+\)")  # a field copied from the previous card, possibly with a number added
 REPEAT = re.compile(r"=\(?(\d*)\)?")
+EXPONENT = re.compile(r"(?<=[0-9.])([+-])(?=\d+$)")  # of a number without E
 INCLUDE = re.compile(r"\s*INCLUDE\s+(.*)$", re.I)
 
 
@@ -72,6 +73,12 @@ def read_deck(path: Path) -> Deck:
     deck.control = [] if begin is None else other_lines
     deck.raw = _cards(other_lines if begin is None else text[begin + 1 :])
     return deck
+
+
+def real(word: str) -> float:
+    """A number in any of Nastran's formats (1.5-3, 2.D+4, 2.0 E+7). Raises ValueError if it is none."""
+    text = word.replace(" ", "").upper().replace("D", "E")
+    return float(text if "E" in text else EXPONENT.sub(r"E\1", text))
 
 
 def read_number_list(words: list[str]) -> Numbers:
@@ -252,9 +259,7 @@ def _replicated(fields: list[str], before: RawCard, line: Line, size: int | None
             new_fields.append(previous if word == "=" else word)
             continue
         try:
-            numbers = [
-                float(re.sub(r"(?<=[\d.])([+-])(?=\d+$)", r"e\1", number)) for number in (previous or "0", added[1])
-            ]
+            numbers = [real(number) for number in (previous or "0", added[1])]
         except ValueError:
             changes = ", ".join(word for word in fields if word)
             raise ValueError(

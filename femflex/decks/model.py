@@ -1,0 +1,183 @@
+"""The structure of a deck while it is read, of any solver: nodes, connections, springs, supports; and its Deck."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from femflex.arrays import Array
+from femflex.decks.builder import Builder, direction_key
+from femflex.decks.deck import Deck, SupportSet
+from femflex.decks.findings import Findings, Location
+from femflex.decks.units import Units
+from femflex.fem import Bushing, Member, MultiPointConstraint, PointMass, Rigid, ScalarSpring, Support
+from femflex.fem.connections.connection import Connection
+from femflex.fem.support import COMPONENTS, Rows
+from femflex.mesh.orientation import reorient_solids
+
+NODE_MEMBERS = {"lone_nodes": False, "lone_nodes_turning": True}  # group -> whether its nodes have rotations
+Components = tuple[int, ...]  # 1 to 6
+
+
+@dataclass(kw_only=True)
+class DeckModel:
+    """The parts of a structure that have been read.
+
+    moving, turning              nodes with displacements, and rotations, from elements or connections
+    required, required_turning   nodes whose displacements, and rotations, masses, springs and equations need
+    depending                    (node, component 1 to 6) -> what makes it dependent
+    free_points                  rows of points with displacements that are no nodes of the deck
+    """
+
+    findings: Findings = field(default_factory=Findings)
+    build: Builder = field(default_factory=Builder)
+    point_masses: list[PointMass] = field(default_factory=list)
+    connections: list[Connection] = field(default_factory=list)
+    bushings: list[Bushing | ScalarSpring] = field(default_factory=list)
+    moving: set[int] = field(default_factory=set)
+    turning: set[int] = field(default_factory=set)
+    required: set[int] = field(default_factory=set)
+    required_turning: set[int] = field(default_factory=set)
+    depending: dict[tuple[int, int], str] = field(default_factory=dict)
+    free_points: list[int] = field(default_factory=list)
+
+    def x(self, node: int) -> Array:
+        """Position (3,) of a node [m]."""
+        raise NotImplementedError
+
+    def representative(self, node: int) -> int:
+        """The node that stands for this node in the mesh."""
+        return node
+
+    def row(self, node: int) -> int:
+        """Row of a node in the points of the mesh."""
+        node = self.representative(node)
+        return self.build.node(node, self.x(node))
+
+    def group(self, node: int) -> str:
+        """Name of the group of one node, such as node_17, which is added if needed."""
+        name = f"node_{self.representative(node)}"
+        if name not in self.build.point_groups:
+            self.build.point_group(self.row(node), name)
+        return name
+
+    def new_group(self, name: str, nodes: Iterable[int]) -> str:
+        """Add a group of nodes under this name, with a number appended if it exists; returns the name."""
+        k, unique_name = 1, name
+        while unique_name in self.build.point_groups:
+            k += 1
+            unique_name = f"{name}-{k}"
+        self.build.point_groups[unique_name] = list(dict.fromkeys(map(self.row, nodes)))
+        return unique_name
+
+    def make_dependent(
+        self, node: int, components: Components, label: str, by: str, location: Location, where: str = ""
+    ) -> bool:
+        """Record that components of a node, called `label`, depend on others; add a problem and return False if one
+        already does.
+
+        by, where  what makes it dependent, and its place for a later message
+        """
+        for c in components:
+            if (first := self.depending.get((node, c))) is not None:
+                self.findings.problem(
+                    f"{by} makes component {c} of {label} dependent, which {first} does already; make it dependent "
+                    "once", location,
+                )  # fmt: skip
+                return False
+        self.depending |= {(node, c): f"{by}{where}" for c in components}
+        return True
+
+    def add_rigid(
+        self, name: str, nodes: Iterable[int], reference: int, components: Components, axes: Callable[[int], Array]
+    ) -> None:
+        """Let components of nodes, along the axes (3, 3) of each, follow a reference node rigidly."""
+        nodes_by_axes: dict[tuple[float, ...], list[int]] = {}
+        for node in nodes:
+            nodes_by_axes.setdefault(direction_key(axes(node).ravel()), []).append(node)
+        for key, alike in nodes_by_axes.items():
+            group = self.new_group(name, alike)
+            self.connections.append(Rigid(group, self.group(reference), _words(components), _rows(key)))
+
+    def add_equations(
+        self, node: int, components: Components, leaders: list[int], matrix: Array, axes: Array, label: str
+    ) -> None:
+        """Let components of a node, along axes (3, 3), be combinations, matrix (k, 6 n), of those of n leaders in basic
+        axes; [m], [rad]."""
+        group, *groups = map(self.group, [node, *leaders])
+        rows = tuple(map(tuple, axes.tolist()))
+        self.connections.append(MultiPointConstraint(group, _words(components), tuple(groups), matrix, rows, label))
+        self.required.update([node, *leaders])
+        turns = np.asarray(matrix.reshape(len(matrix), len(leaders), 2, 3)[:, :, 1].any(axis=(0, 2)))
+        self.required_turning.update(leaders[k] for k in np.flatnonzero(turns).tolist())
+
+    def spring_term(self, node: int, turns: bool, direction: Array) -> tuple[str, Any, tuple[float, float, float]]:
+        """A term of a ScalarSpring: the translation or the rotation of a node along a direction (3,), with its
+        factor."""
+        x, y, z = map(float, direction)
+        return self.group(node), "rotation" if turns else "translation", (x, y, z)
+
+    def support_set(
+        self, fixed: Mapping[int, Collection[int]], axes: Callable[[int], Array], name: Callable[[Components], str]
+    ) -> dict[str, Support]:
+        """Group -> support of nodes with their fixed components: one group per combination of components and axes."""
+        nodes_by_support: dict[tuple[Components, tuple[float, ...]], list[int]] = {}
+        for node, components in fixed.items():
+            present = tuple(c for c in sorted(components) if c <= 3 or node in self.turning)
+            if present:
+                nodes_by_support.setdefault((present, direction_key(axes(node).ravel())), []).append(node)
+        return {
+            self.new_group(name(components), nodes): Support(_words(components), _rows(key))
+            for (components, key), nodes in nodes_by_support.items()
+        }
+
+    def add_lone_nodes(self) -> None:
+        """Add groups of nodes that belong only to masses, springs and constraints."""
+        lone = sorted(self.required - self.moving)
+        if not self.build.cells and self.connections:  # rigid elements that join only masses and springs
+            lone = sorted(self.required | self.moving)
+            self.required_turning |= self.turning
+        for name, turns in NODE_MEMBERS.items():
+            nodes = [node for node in lone if (node in self.required_turning) == turns]
+            rows = [*map(self.row, nodes), *([] if turns else self.free_points)]
+            if rows:
+                self.build.point_groups[name] = rows
+                self.turning.update(nodes if turns else [])
+        self.moving.update(lone)
+
+    def members(self) -> tuple[Member, ...]:
+        """The members of elements, and those of lone nodes."""
+        groups = {name: turns for name, turns in NODE_MEMBERS.items() if name in self.build.point_groups}
+        lone = [Member(name, "nodes", options={"rotations": turns}) for name, turns in groups.items()]
+        return (*self.build.members(), *lone)
+
+    def deck(
+        self, path: Path, solver: str, units: Units, supports: Mapping[str, SupportSet], default: tuple[str, ...],
+        **more: Any,
+    ) -> Deck:  # fmt: skip
+        """The Deck of what has been read; more: further fields of it. Raises DeckError with all problems."""
+        self.findings.check(path)
+        mesh = self.build.mesh()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            mesh = reorient_solids(mesh, path.name) if mesh.cells else mesh
+        return Deck(
+            path.name, solver, mesh, self.members(), tuple(self.point_masses), tuple(self.connections),
+            tuple(self.bushings), supports, default, dict(self.build.row_of), units,
+            used=dict(sorted(self.findings.used.items())), unused=self.findings.left_out, notes=self.findings.notes,
+            **more,
+        )  # fmt: skip
+
+
+def _words(components: Components) -> tuple[str, ...]:
+    return tuple(COMPONENTS[c - 1] for c in components)
+
+
+def _rows(key: tuple[float, ...]) -> Rows:
+    a, b, c = (key[j : j + 3] for j in (0, 3, 6))
+    return a, b, c  # type: ignore[return-value]
