@@ -8,30 +8,25 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.decks.abaqus.model import AbaqusModel
+from femflex.decks.axes import Axes
 from femflex.mesh.formats.abaqus_flat import InstanceKeyword, Placement
 from femflex.mesh.formats.abaqus_keywords import Keyword
 
 
 @dataclass(frozen=True, eq=False)
-class System:
-    """Coordinate system with directions 1, 2, 3 as rows: rectangular (R), cylindrical (C: radial, tangential, axial) or
-    spherical (S).
+class System(Axes):
+    """Directions 1, 2, 3, with an additional rotation.
 
-    axes      (3, 3) axes of R; for C and S the third row is the polar axis
-    origin    (3,) [m]
     about     axis (0 to 2) of the additional rotation, which is the normal of shells; None: not given
     angle     [rad]
     """
 
-    kind: str
-    axes: Array
-    origin: Array
     about: int | None = None
     angle: float = 0.0
 
-    def axes_at(self, x: Array) -> Array:
-        """Directions as rows at a point x (3,) [m], including the additional rotation."""
-        rows = self.unrotated_axes(x)
+    def axes_at(self, point: Array) -> Array:
+        """Directions as rows at a point (3,) [m], including the additional rotation."""
+        rows = self.unrotated_axes(point)
         if self.about is None or not self.angle:
             return rows
         c, s = np.cos(self.angle), np.sin(self.angle)
@@ -40,21 +35,11 @@ class System:
         rotated[i], rotated[j] = c * rows[i] + s * rows[j], c * rows[j] - s * rows[i]
         return rotated
 
-    def unrotated_axes(self, x: Array) -> Array:
-        """Unit vectors of the system at x (3,) [m], rows (3, 3), without the additional rotation."""
-        if self.kind == "R":
-            return self.axes
-        r = x - self.origin
-        axis = self.axes[2]
-        across = r - float(r @ axis) * axis
-        if np.linalg.norm(across) < 1e-9 * max(float(np.linalg.norm(r)), 1e-30):
-            across = self.axes[0]
-        radial = across / np.linalg.norm(across)
-        if self.kind == "C":
-            return np.stack([radial, np.cross(axis, radial), axis])
-        out = r / (np.linalg.norm(r) or 1.0)
-        tangent = np.cross(axis, radial)
-        return np.stack([out, tangent, np.cross(out, tangent)])
+    def unrotated_axes(self, point: Array) -> Array:
+        """Directions as rows at a point (3,) [m], without the additional rotation; spherical ones: radial, around the
+        polar axis, towards it."""
+        rows = super().axes_at(point)
+        return np.stack([rows[0], rows[2], -rows[1]]) if self.kind == "S" else rows
 
     def on_surface(self, x: Array, normal: Array) -> Array:
         """Direction 1 of a shell's material at x (3,) [m], a unit vector (3,) in the surface: the projection of
@@ -71,7 +56,7 @@ class System:
     def in_assembly(self, placement: Placement, length: float) -> System:
         """The system of a part, moved with the placement of its instance."""
         origin = placement.assembly_position(self.origin / length) * length
-        return replace(self, axes=self.axes @ placement.C.T, origin=origin)
+        return replace(self, C=self.C @ placement.C.T, origin=origin)
 
 
 def system_of(values: Array, kind: str, length: float, keyword: Keyword) -> System:
@@ -92,7 +77,7 @@ def system_of(values: Array, kind: str, length: float, keyword: Keyword) -> Syst
             "lie on a line; correct them."
         )
     x, n = x / np.linalg.norm(x), n / np.linalg.norm(n)
-    return System(kind, np.stack([x, np.cross(n, x), n]), c * length)
+    return System(kind, c * length, np.stack([x, np.cross(n, x), n]))
 
 
 def read_orientations(model: AbaqusModel) -> dict[tuple[str, str], System]:

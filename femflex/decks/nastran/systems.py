@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from femflex.arrays import Array
+from femflex.decks.axes import Axes
 from femflex.decks.nastran.bulk import Bulk
 from femflex.decks.nastran.card import Card
 
 
-@dataclass(frozen=True, eq=False)
-class System:
-    """A coordinate system: kind "R", "C" or "S", origin (3,) [m] and C (3, 3), rows its axes in basic components."""
-
-    kind: str
-    origin: Array
-    C: Array
+class System(Axes):
+    """A coordinate system, in which positions are given too."""
 
     def position(self, coordinates: ArrayLike, length: float) -> Array:
         """Basic position (3,) [m] of coordinates in units of `length`, angles in degrees."""
@@ -33,24 +28,6 @@ class System:
         else:
             local = np.array([a, b, c])
         return self.origin + length * local @ self.C
-
-    def axes_at(self, point: Array) -> Array:
-        """Directions (3, 3) of the system's axes at a basic point (3,) [m], as rows: radial, tangential, ... ."""
-        if self.kind == "R":
-            return self.C
-        x, y, z = self.C @ (point - self.origin)
-        rho = np.hypot(x, y)
-        if rho < 1e-9 * max(1e-3, abs(z)):  # on the axis the first axes are those of the defining system
-            radial, around = np.array([1.0, 0, 0]), np.array([0, 1.0, 0])
-        else:
-            radial, around = np.array([x, y, 0]) / rho, np.array([-y, x, 0]) / rho
-        if self.kind == "C":
-            local = np.stack([radial, around, [0.0, 0, 1.0]])
-        else:
-            R = np.hypot(rho, z)
-            sine, cosine = (rho / R, z / R) if R > 0 else (0.0, 1.0)
-            local = np.stack([sine * radial + [0, 0, cosine], cosine * radial - [0, 0, sine], around])
-        return np.asarray(local @ self.C)
 
 
 BASIC = System("R", np.zeros(3), np.eye(3))

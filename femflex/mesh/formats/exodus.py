@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 import warnings
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +38,7 @@ def read_exodus(path: Path) -> Contents:
     points = np.concatenate([np.zeros((0, 3)), *(leaf["points"] for leaf in leaves)])[first]
     blocks: list[Block] = []
     point_groups: dict[str, IntArray] = {}
-    left_out: dict[str, int] = {}
+    left_out: Counter[str] = Counter()
     for leaf, node_numbers in zip(leaves, numbers, strict=True):
         kind, name = _kind_and_name(leaf["name"])
         rows = np.searchsorted(all_numbers, node_numbers)
@@ -51,9 +52,7 @@ def read_exodus(path: Path) -> Contents:
             cell = "line3" if edge else block.cell
             blocks.append(Block(cell, rows[block.nodes], {name: np.arange(len(block.nodes))}))
         if kind == "Element Blocks":
-            left_out |= {
-                element_type: left_out.get(element_type, 0) + count for element_type, count in contents.left_out.items()
-            }
+            left_out.update(contents.left_out)
     return Contents(points, _without_repeated_cells(blocks), point_groups, left_out=left_out)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from femflex.arrays import IntArray
 from femflex.mesh.formats.contents import Block, Contents
 from femflex.mesh.formats.element_blocks import MISSING, NumberedElement, blocks_of, require_nodes
-from femflex.mesh.formats.nastran_cards import NAME, Deck, read_deck, read_number_list, real
+from femflex.mesh.formats.nastran_cards import NAME, ORDER, Deck, read_deck, read_number_list, real
 from femflex.mesh.formats.nastran_write import write_nastran
 from femflex.mesh.formats.numbers import Numbers
 from femflex.mesh.formats.register import register
@@ -31,11 +31,6 @@ ELEMENTS: dict[str, dict[int, str]] = {
     "CPENTA": {6: "wedge", 15: "wedge15"},
     **{card: {5: "pyramid", 13: "pyramid13"} for card in ("CPYRAM", "CPYRA")},
     "CHEXA": {8: "hexahedron", 20: "hexahedron20"},
-}
-# Nastran lists the middle nodes of upright edges before those of the upper face, meshio after them.
-ORDER = {
-    "hexahedron20": [*range(12), *range(16, 20), *range(12, 16)],
-    "wedge15": [*range(9), *range(12, 15), *range(9, 12)],
 }
 OTHER_ELEMENTS = re.compile(
     r"(CAABSF|CBEND|CBEAM3|CBUSH|CDAMP|CELAS|CFAST|CGAP|CHACAB|CHBDY|CMASS|CONM|CPYRA|CQUAD|CRAC|CSEAM|CTRA?X|CTRIAX"

@@ -17,6 +17,12 @@ WIDTH = {False: 8, True: 16}  # columns of a data field, small and large
 FREE_FIELD = re.compile(r"[A-Za-z]\w*|[+-]?(\d+\.?\d*|\.\d+)([EeDd]?[+-]?\d+)?|=|==|\*\([^()]+\)")
 REPEATED_FIELD = re.compile(r"==?|\*\([^()]+\)")  # a field copied from the previous card, possibly with a number added
 REPEAT = re.compile(r"=\(?(\d*)\)?")
+# Nastran lists the middle nodes of upright edges before those of the upper face, meshio after them; each order turns
+# one list into the other.
+ORDER = {
+    "hexahedron20": [*range(12), *range(16, 20), *range(12, 16)],
+    "wedge15": [*range(9), *range(12, 15), *range(9, 12)],
+}
 EXPONENT = re.compile(r"(?<=[0-9.])([+-])(?=\d+$)")  # of a number without E
 INCLUDE = re.compile(r"\s*INCLUDE\s+(.*)$", re.I)
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 
 import numpy as np
 
 from femflex.arrays import Array, IntArray
 from femflex.mesh.formats.contents import group_classes
-from femflex.mesh.formats.nastran_cards import NAME
-from femflex.mesh.formats.register import WriteOptions, load_meshio, meshio_call
+from femflex.mesh.formats.nastran_cards import ORDER
+from femflex.mesh.formats.register import WriteOptions
 from femflex.mesh.mesh import Mesh
 
 CARD_NAMES = {
@@ -51,7 +50,7 @@ def write_nastran(path: Path, mesh: Mesh, options: WriteOptions) -> None:
         number += 1
         comments.append(f'$HMSET {number:8d} {kind:>8} "{group}"')
         sets += _set_lines(number, numbers)
-    bulk = [*_grid_lines(mesh.points), *_element_lines(mesh, pids, path)]
+    bulk = [*_grid_lines(mesh.points), *_element_lines(mesh, pids)]
     path.write_text("\n".join(["CEND", *comments, *sets, "BEGIN BULK", *bulk, "ENDDATA", ""]), encoding="utf-8")
 
 
@@ -114,24 +113,14 @@ def _field(value: float) -> str:
     raise AssertionError(value)  # 9 digits always fit
 
 
-def _element_lines(mesh: Mesh, pids: dict[str, IntArray], path: Path) -> list[str]:
-    """Element cards as meshio writes them; its GRID cards are dropped."""
-    cells = [(cell, nodes) for cell, nodes in mesh.cells.items()]
-    raw = load_meshio().Mesh(
-        np.zeros((len(mesh.points), 3)), cells, cell_data={"nastran:ref": [pids[cell] for cell in mesh.cells]}
-    )
-    text = io.StringIO()
-    with meshio_call(path, NAME, "written"):
-        load_meshio().nastran.write(text, raw, point_format="fixed-small", cell_format="fixed-small")
-    return [
-        _nastran_names(line)
-        for line in text.getvalue().splitlines()
-        if line[:4] not in ("GRID", "BEGI", "ENDD") and line[0] != "$"
-    ]
-
-
-def _nastran_names(line: str) -> str:
-    """The line with meshio's names of second-order solids (CHEXA_) and pyramids replaced by Nastran's names."""
-    if line.startswith("CPYRA"):
-        return "CPYRAM" + line[6:]
-    return line.replace("_", " ", 1) if line[:8].rstrip().endswith("_") else line
+def _element_lines(mesh: Mesh, pids: dict[str, IntArray]) -> list[str]:
+    """Element cards in fields of eight columns, numbered from 1 through all types; a card is continued by +."""
+    lines, number = list[str](), 0
+    for cell, nodes in mesh.cells.items():
+        rows = (nodes[:, ORDER[cell]] if cell in ORDER else nodes) + 1
+        for pid, row in zip(pids[cell].tolist(), rows.tolist(), strict=True):
+            number += 1
+            words = [f"{word:<8}" for word in (number, pid, *row)]
+            heads = [CARD_NAMES[cell], *["+"] * (len(words) // 8)]
+            lines += [f"{head:<8}{''.join(words[8 * k : 8 * k + 8])}" for k, head in enumerate(heads) if words[8 * k :]]
+    return lines

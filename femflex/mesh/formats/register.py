@@ -76,8 +76,6 @@ def load_meshio() -> Any:
     for cell, code in (("quad9", "QU9"), ("hexahedron27", "H27"), ("wedge18", "P18")):
         meshio.med._med.meshio_to_med_type[cell] = code
         meshio.med._med.med_to_meshio_type[code] = cell
-    meshio.abaqus._abaqus.abaqus_to_meshio_type["C3D5"] = "pyramid"
-    meshio.abaqus._abaqus.meshio_to_abaqus_type["pyramid"] = "C3D5"
     return meshio
 
 

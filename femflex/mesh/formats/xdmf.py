@@ -5,6 +5,7 @@ Several grids are joined; their points at identical positions are merged.
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -35,11 +36,9 @@ def read_xdmf(path: Path) -> Contents:
     for part, start in zip(parts, starts, strict=False):
         for name, rows in part.point_groups.items():
             point_groups[name] = np.union1d(point_groups.get(name, rows[:0]), point_index[rows + start])
-    left_out: dict[str, int] = {}
+    left_out: Counter[str] = Counter()
     for part in parts:
-        left_out |= {
-            element_type: left_out.get(element_type, 0) + count for element_type, count in part.left_out.items()
-        }
+        left_out.update(part.left_out)
     return Contents(points, blocks, point_groups, left_out=left_out)
 
 
