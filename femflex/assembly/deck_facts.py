@@ -11,6 +11,7 @@ from femflex.arrays import Array
 from femflex.case.starting_case import CLAMPS, group_named_like
 from femflex.case.starting_deck import DeckFacts
 from femflex.decks import Deck, read_deck
+from femflex.decks.deck import AUTOSPC
 from femflex.decks.findings import toml_key
 from femflex.decks.report import mass_and_centre, without_mass
 from femflex.decks.units import Units, likely_units, units_of
@@ -22,7 +23,6 @@ from femflex.reduction.boundary.rigid import is_held_by_springs, rigid_shapes
 LARGEST = 60000  # degrees of freedom; modes of larger decks are not computed for their starting cases
 MODES = 6
 GUESSED_DENSITY, GUESSED_MASS = 2700.0, 5.4  # kg/m^3, kg/m^2: aluminium, 2 mm of it
-AUTOSPC = "autospc"
 RANK = 1e-8  # smallest singular value of the restrained motions, below which a rigid-body motion is free
 
 

@@ -17,6 +17,7 @@ from femflex.case.mesh_groups import referenced_groups
 from femflex.case.shape import MarkerTable
 from femflex.case.support import DIRECTIONS, SkewSupport
 from femflex.decks import Deck, read_deck
+from femflex.decks.deck import AUTOSPC
 from femflex.fem import Member, Support
 from femflex.fem.static_loads import StaticLoads
 from femflex.fem.support import GLOBAL
@@ -25,7 +26,6 @@ from femflex.mesh.refine import refined_values
 from femflex.noun.problems import CaseError, Problem, suggestion_text
 
 IN_FORCE = "supports"  # in a clamp: the supports selected by the case control of the deck
-AUTOSPC = "autospc"
 ALL_NODES_OF = "all of {}"  # group of all nodes of a set of supports
 
 

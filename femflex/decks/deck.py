@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import difflib
 import re
-import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from femflex.arrays import IntArray
-from femflex.decks.findings import BY_MATRICES, UnusedCard
-from femflex.decks.singular import singular_components
+from femflex.decks.findings import UnusedCard
 from femflex.decks.units import Units
 from femflex.fem import Bushing, Member, PointMass, ScalarSpring, Structure, Support, build_structure
 from femflex.fem.connections.connection import Connection
@@ -22,7 +20,7 @@ from femflex.mesh import Mesh
 
 SupportSet = Mapping[str, Support]  # group -> its support
 
-MAX_SHOWN = 6  # maximum number of nodes of one kind, and of kinds, listed in a note
+AUTOSPC = "autospc"  # name of the set of supports of components without stiffness
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,80 +103,6 @@ class Deck:
             added[name] = [self.points_of_ids[number]]
         return replace(self, mesh=self.mesh.with_groups(points=added)) if added else self
 
-    def with_autospc(self) -> Deck:
-        """The deck with an active set of supports "autospc" for the components of nodes without stiffness.
-
-        Returns the deck itself if there are none, or if it cannot become a structure (reported when it is built).
-        """
-        active = self.active_supports()
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                structure = self.structure(active)
-        except ValueError:
-            return self
-        if not structure.K.diagonal().any():  # a rigid body
-            return self
-        points = np.array(sorted(self.points_of_ids.values()), np.int64)
-        singular = singular_components(structure, points)
-        supported = {
-            (int(node), component)
-            for group, support in active.items()
-            if support.axes == GLOBAL
-            for node in self.mesh.group_points(group)
-            for component in support.components
-        }
-        groups, new_supports = {}, {}
-        for k, (nodes, support) in enumerate(singular):
-            if support.axes == GLOBAL:
-                nodes = nodes[[any((int(n), c) not in supported for c in support.components) for n in nodes]]
-            if len(nodes):
-                groups[f"autospc-{k + 1}"], new_supports[f"autospc-{k + 1}"] = nodes, support
-        notes = self._note_loose(structure, [*structure.constrained_dofs(active)], [*groups.values()])
-        if not new_supports:
-            return replace(self, notes=(*self.notes, *notes)) if notes else self
-        count = sum(len(support.components) * len(groups[name]) for name, support in new_supports.items())
-        text = (
-            f"{count} components of nodes have no stiffness and are fixed (as by AUTOSPC; set of supports 'autospc'): "
-            f"{self._list_supports([(groups[name], support) for name, support in new_supports.items()])}; if they "
-            "shall move, connect these nodes by elements that resist there"
-        )
-        return replace(
-            self,
-            mesh=self.mesh.with_groups(points=groups),
-            supports={**self.supports, "autospc": new_supports},
-            default_supports=(*self.default_supports, "autospc"),
-            notes=(*self.notes, text, *notes),
-        )
-
-    def _note_loose(self, structure: Structure, held: list[int], fixed: list[IntArray]) -> list[str]:
-        """A note, if any, on dofs without stiffness that are neither held (their numbers) nor at fixed nodes."""
-        loose = np.setdiff1d(np.flatnonzero(structure.K.diagonal() == 0), held)
-        motion = abs(structure.translation[:, loose]) + abs(structure.rotation[:, loose])
-        nodes = np.setdiff1d(motion.tocoo().coords[0] // 3, np.concatenate([np.zeros(0, np.int64), *fixed]))
-        names = [self.point_names().get(int(node), "") for node in nodes]
-        if not (names := [name for name in names if name]):
-            return []
-        more = f" and {len(names) - MAX_SHOWN} more" if len(names) > MAX_SHOWN else ""
-        return [
-            f"no stiffness at {', '.join(names[:MAX_SHOWN])}{more} in a direction beside one that a connection ties, "
-            f"askew to the axes of the deck; it is not fixed as by AUTOSPC. Support it, or {BY_MATRICES}"
-        ]
-
-    def _list_supports(self, singular: list[tuple[IntArray, Support]]) -> str:
-        """Text that lists components and the numbers of their nodes in the deck, the first MAX_SHOWN of each."""
-        number_of_point = {row: node_number for node_number, row in self.points_of_ids.items()}
-        texts = []
-        for nodes, support in singular:
-            ids = sorted(number_of_point[int(node)] for node in nodes)
-            more_text = f" and {len(ids) - MAX_SHOWN} more" if len(ids) > MAX_SHOWN else ""
-            skew_text = "" if support.axes == GLOBAL else " of skew axes"
-            words = ", ".join(support.components)
-            plural = "s" if len(ids) > 1 else ""
-            texts.append(f"{words}{skew_text} at node{plural} {', '.join(map(str, ids[:MAX_SHOWN]))}{more_text}")
-        more_text = f"; and {len(texts) - MAX_SHOWN} more groups" if len(texts) > MAX_SHOWN else ""
-        return "; ".join(texts[:MAX_SHOWN]) + more_text
-
     def structure(self, clamp: Mapping[str, Support] | None = None) -> Structure:
         """The Structure of the deck; its dofs lie along the axes of `clamp`; None: of the active supports."""
         supports = self.active_supports() if clamp is None else dict(clamp)
@@ -188,7 +112,7 @@ class Deck:
     def autospc_dofs(self, structure: Structure) -> IntArray:
         """Numbers (k,) of the dofs of its Structure that autospc supports fix, except those along skew axes."""
         supports = {
-            group: support for group, support in self.supports.get("autospc", {}).items() if support.axes == GLOBAL
+            group: support for group, support in self.supports.get(AUTOSPC, {}).items() if support.axes == GLOBAL
         }
         return structure.constrained_dofs(supports) if supports else np.zeros(0, np.int64)
 

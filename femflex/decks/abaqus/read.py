@@ -17,6 +17,7 @@ from femflex.decks.abaqus.sections import SectionInputs, read_elements
 from femflex.decks.abaqus.supports import read_supports
 from femflex.decks.abaqus.surfaces import read_surfaces
 from femflex.decks.abaqus.unused import consequence_of_type, elements_by_kind, report_unused
+from femflex.decks.autospc import with_autospc
 from femflex.decks.deck import Deck
 from femflex.decks.model import NODE_MEMBERS
 from femflex.decks.register import Overrides
@@ -91,7 +92,7 @@ def read_abaqus_deck(path: Path, units: Units, overrides: Overrides) -> Deck:
     )  # fmt: skip
     lone = NODE_MEMBERS.keys() & model.build.point_groups.keys()
     stiff = model.build.families() <= FULL_RANK_FAMILIES and not model.connections and not lone
-    return deck if stiff else deck.with_autospc()  # which assembles the structure
+    return deck if stiff else with_autospc(deck)  # which assembles the structure
 
 
 def _nodal_thickness(model: AbaqusModel) -> dict[int, float]:

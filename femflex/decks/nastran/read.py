@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from femflex.decks.autospc import with_autospc
 from femflex.decks.deck import Deck
 from femflex.decks.nastran.bar_properties import BarProperties
 from femflex.decks.nastran.bulk import bulk_of
@@ -88,7 +89,7 @@ def read_nastran_deck(path: Path, units: Units, overrides: Overrides) -> Deck:
         no_density=no_density, weightless=tuple((name, "density") for name in names),
     )  # fmt: skip
     autospc = bulk.parameters.get("AUTOSPC")
-    return deck if autospc is not None and autospc.word(1) == "NO" else deck.with_autospc()
+    return deck if autospc is not None and autospc.word(1) == "NO" else with_autospc(deck)
 
 
 def _moduli_and_densities(materials: Materials) -> tuple[tuple[float, ...], tuple[float, ...]]:
