@@ -79,7 +79,7 @@ def read_abaqus_deck(path: Path, units: Units, overrides: Overrides) -> Deck:
         if name not in model.used_overrides:
             findings.problem(f"override of {name!r}: the deck has no material and no section of that name")
     if not model.build.cells and not model.moving and not findings.problems:
-        kinds = elements_by_kind(model, list(flat.elements.values()))
+        kinds = elements_by_kind(list(flat.elements.values()))
         for kind, (count, location) in kinds.items():
             findings.problem(f"{count} elements of type {kind}: {consequence_of_type(kind)}", location)
         if not kinds:

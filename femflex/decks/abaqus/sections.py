@@ -6,7 +6,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -257,26 +257,27 @@ def _chain_of(build: Builder, start: int, middle: int, end: int) -> list[int]:
 def _shells(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, elset: str, facets: bool) -> Make:
     scope, keyword = entry
     system = inputs.system(keyword.parameter("orientation"), scope, keyword)
-    stack = _stiffness(model, entry) if _by_stiffness(keyword) else _PlyLayup(_plies(model, inputs, entry))
-    values = {"thickness": stack.thickness}
-    if isinstance(stack, _StiffnessLayup):
-        values["nonstructural_mass"] = stack.plate_section.mass
+    by_stiffness = _by_stiffness(keyword)
+    given = _stiffness(model, entry) if by_stiffness else None
+    plies = [] if by_stiffness else _plies(model, inputs, entry)
+    height = sum(ply.thickness for ply in plies) if given is None else given.thickness
+    values = {"thickness": height} | ({} if given is None else {"nonstructural_mass": given.mass})
     values = model.override(elset, values, keyword.location())
-    if isinstance(stack, _StiffnessLayup):
-        mass, stack = values["nonstructural_mass"], stack.with_mass(values["nonstructural_mass"])
-        model.area_masses[elset] = mass
+    if given is not None:
+        mass = model.area_masses[elset] = values["nonstructural_mass"]
+        given = replace(given, mass=mass, rotary=mass * height**2 / 12)
         if not mass > 0:
             model.bare_sections[elset] = keyword.location()
     if not values["thickness"] > 0:
         raise ValueError(
             f"{keyword.location()}: the thickness of ELSET {elset!r} is {values['thickness']:.6g} m; give one."
         )
-    factor = values["thickness"] / stack.thickness
+    factor, isotropic = values["thickness"] / height, bool(plies) and all(ply.material.isotropic for ply in plies)
     membrane = keyword.name == "MEMBRANE SECTION"
     offset = _offset(keyword)
     nodal_thickness = "nodalthickness" in keyword.parameters
     added = 0.0
-    if keyword.parameter("density") and not _by_stiffness(keyword):  # mass in addition to that of the material
+    if keyword.parameter("density") and not by_stiffness:  # mass in addition to that of the material
         added = keyword.real(keyword.parameter("density"), None, "a mass per area") * model.units.mass
         added /= model.units.length**2
     sections: dict[tuple[Any, ...], PlateSection] = {}
@@ -284,7 +285,8 @@ def _shells(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, e
     def section_of(scale: float, angles: tuple[float, ...], below: bool = False) -> PlateSection:
         section_key = (round(scale, 12), angles, below)
         if section_key not in sections:
-            plate_section = stack.section(scale, angles)
+            layers = [Ply(p.material.lamina(), p.thickness * scale, a) for p, a in zip(plies, angles, strict=True)]
+            plate_section = layup(layers, coupled=True) if given is None else given
             plate_section = (_without_bending(plate_section) if membrane else plate_section).with_added_mass(added)
             sections[section_key] = plate_section.turned_over() if below else plate_section
         return sections[section_key]
@@ -295,19 +297,19 @@ def _shells(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, e
         scale, corners = factor, None
         if nodal_thickness:
             corners = _thicknesses(model, inputs, element, values["thickness"])
-            scale = float(np.mean(corners)) / stack.thickness
+            scale = float(np.mean(corners)) / height
         axis = system.on_surface(centre, normal) if system is not None else _default_axis(normal)
-        angles = stack.angles(centre, normal, axis)
+        angles = tuple(round(ply.angle_at(centre, normal, axis), 7) for ply in plies)
         has_offset = bool(offset) and not membrane
         triangle = facets and element.cell == "triangle" and not has_offset and not membrane
         plate = triangle and not section_of(factor, angles).coupled
-        by_element = plate or has_offset or _by_stiffness(keyword)  # then the member has a single thickness
-        below = plate and not stack.isotropic and not same_side(normal)
+        by_element = plate or has_offset or by_stiffness  # then the member has a single thickness
+        below = plate and not isotropic and not same_side(normal)
         section = section_of(scale if by_element else factor, angles, below)
         options: dict[str, Any] = {"offset": -offset * section.thickness} if has_offset else {}
         fields: dict[str, Any] = {}
         key: tuple[Any, ...] = (plate, id(keyword), scope, id(section))
-        if stack.isotropic:  # the default axis would be normal to some surfaces
+        if isotropic:  # the default axis would be normal to some surfaces
             direction = np.array([0.0, 1.0, 0.0]) if abs(normal[0]) > 0.999 else None
         else:
             direction = axis
@@ -327,66 +329,12 @@ def _shells(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, e
     return make
 
 
-@dataclass(frozen=True, eq=False)
-class _PlyLayup:
-    """Plies of a shell, bottom first: thickness [m], material, angle [rad], orientation in place of the section's."""
-
-    plies: list[tuple[float, Elastic, float, System | None]]
-
-    @property
-    def thickness(self) -> float:
-        """[m]"""
-        return sum(ply[0] for ply in self.plies)
-
-    @property
-    def isotropic(self) -> bool:
-        """Whether all materials are isotropic."""
-        return all(material.isotropic for _, material, _, _ in self.plies)
-
-    def angles(self, centre: Array, normal: Array, axis: Array) -> tuple[float, ...]:
-        """Angles of the plies from the section's axis 1 at an element [rad]."""
-        return tuple(
-            round(angle + (_angle(axis, other.on_surface(centre, normal), normal) if other is not None else 0.0), 7)
-            for _, _, angle, other in self.plies
-        )
-
-    def section(self, factor: float, angles: tuple[float, ...]) -> PlateSection:
-        """The section with all thicknesses times a factor."""
-        plies = zip(self.plies, angles, strict=True)
-        return layup([Ply(m.lamina(), t * factor, angle) for (t, m, _, _), angle in plies], coupled=True)
-
-
-@dataclass(frozen=True, eq=False)
-class _StiffnessLayup:
-    """A shell section given by its stiffness, with the interface of `_PlyLayup`."""
-
-    plate_section: PlateSection
-    isotropic: bool = False
-
-    def with_mass(self, mass: float) -> _StiffnessLayup:
-        """The section with another mass per area [kg/m^2]."""
-        return replace(self, plate_section=replace(self.plate_section, mass=mass, rotary=mass * self.thickness**2 / 12))
-
-    @property
-    def thickness(self) -> float:
-        """[m]"""
-        return self.plate_section.thickness
-
-    def angles(self, centre: Array, normal: Array, axis: Array) -> tuple[float, ...]:
-        """No angles, since it has no plies."""
-        return ()
-
-    def section(self, factor: float, angles: tuple[float, ...]) -> PlateSection:
-        """The section, which does not depend on the thickness."""
-        return self.plate_section
-
-
 def _by_stiffness(keyword: Keyword) -> bool:
     plain = "composite" not in keyword.parameters and not keyword.parameter("material")
     return keyword.name == "SHELL GENERAL SECTION" and plain
 
 
-def _stiffness(model: AbaqusModel, entry: InstanceKeyword) -> _StiffnessLayup:
+def _stiffness(model: AbaqusModel, entry: InstanceKeyword) -> PlateSection:
     """Section of *SHELL GENERAL SECTION by its 21 stiffnesses, columns of the upper triangle; DENSITY per area.
 
     Without *TRANSVERSE SHEAR STIFFNESS both shear stiffnesses are (D11 + D22) / 6 + D33 / 3 of the membrane part,
@@ -415,7 +363,7 @@ def _stiffness(model: AbaqusModel, entry: InstanceKeyword) -> _StiffnessLayup:
         S = np.array([[k11, k12], [k12, k22 or k11]]) * force
     thickness = float(np.sqrt(12 * np.trace(D) / np.trace(A)))
     density = float(keyword.parameter("density") or 0.0) * u.mass / u.length**2
-    return _StiffnessLayup(PlateSection(thickness, density, density * thickness**2 / 12, A, D, S, B))
+    return PlateSection(thickness, density, density * thickness**2 / 12, A, D, S, B)
 
 
 def _adjacent_keyword(model: AbaqusModel, entry: InstanceKeyword, name: str) -> Keyword | None:
@@ -436,17 +384,29 @@ def _normal_and_centre(model: AbaqusModel, element: Element) -> tuple[Array, Arr
     return normal / size, x.mean(axis=0)
 
 
-def _plies(
-    model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword
-) -> list[tuple[float, Elastic, float, System | None]]:
-    """Thickness [m], material, angle [rad] and orientation (in place of the section's) of every ply, bottom first."""
+class _Ply(NamedTuple):
+    """A ply: thickness [m], material, angle [rad], and an orientation in place of the section's."""
+
+    thickness: float
+    material: Elastic
+    angle: float = 0.0
+    system: System | None = None
+
+    def angle_at(self, centre: Array, normal: Array, axis: Array) -> float:
+        """Angle from the section's axis 1 at an element [rad]."""
+        other = self.system
+        return self.angle + (_angle(axis, other.on_surface(centre, normal), normal) if other is not None else 0.0)
+
+
+def _plies(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword) -> list[_Ply]:
+    """The plies of a section, bottom first."""
     scope, keyword = entry
     length = model.units.length
     if "composite" not in keyword.parameters:
         material = inputs.materials(keyword.parameter("material"), keyword.location())
         word = keyword.data[0][0] if keyword.data else ""
-        return [((keyword.real(word, 0, "a thickness") if word else 1.0) * length, material, 0.0, None)]
-    plies: list[tuple[float, Elastic, float, System | None]] = []
+        return [_Ply((keyword.real(word, 0, "a thickness") if word else 1.0) * length, material)]
+    plies: list[_Ply] = []
     for k, row in enumerate(keyword.data):
         words = [*row, "", "", "", ""]
         if not words[2]:
@@ -459,8 +419,8 @@ def _plies(
                 angle = float(np.radians(float(words[3].upper().replace("D", "E"))))
             except ValueError:
                 other = inputs.system(words[3], scope, keyword)
-        plies.append((t, material, angle, other))
-    if not plies or any(t <= 0 for t, *_ in plies):
+        plies.append(_Ply(t, material, angle, other))
+    if not plies or any(ply.thickness <= 0 for ply in plies):
         raise ValueError(f"{keyword.location()}: *{keyword.name}, COMPOSITE has no plies, or one without thickness.")
     return plies + plies[::-1] if "symmetric" in keyword.parameters else plies
 

@@ -83,11 +83,11 @@ def report_unused(model: AbaqusModel) -> None:
         for element in model.flat.elements.values()
         if element.kind not in read_types and (not element.cell or element.kind.startswith(PLANE_TYPES))
     ]
-    for kind, (count, location) in elements_by_kind(model, unused_elements).items():
+    for kind, (count, location) in elements_by_kind(unused_elements).items():
         model.findings.unused(f"elements {kind}", consequence_of_type(kind), location, count)
 
 
-def elements_by_kind(model: AbaqusModel, elements: list[Element]) -> dict[str, tuple[int, Location]]:
+def elements_by_kind(elements: list[Element]) -> dict[str, tuple[int, Location]]:
     """Number of elements of each type, and the location of the first one."""
     kinds: dict[str, tuple[int, Location]] = {}
     for element in elements:

@@ -13,8 +13,6 @@ from femflex.decks.units import Units
 from femflex.mesh.formats.nastran_cards import Deck as RawDeck
 from femflex.mesh.formats.numbers import Numbers
 
-COMMAND = re.compile(r"\s*([A-Z]+)\s*(?:\([^)]*\))?\s*[= ]\s*(.*?)\s*$", re.I)
-
 
 @dataclass
 class Bulk:

@@ -25,17 +25,14 @@ class ShellProperty:
 
     section    for the thickness of the property
     isotropic  whether all its materials are isotropic
-    bends      whether it has bending stiffness
     has_thickness         whether it has a thickness; otherwise each element needs one
     section_of_thickness  function from a thickness to the section; None for laminates
     """
 
-    number: int
     card: Card
     thickness: float
     section: PlateSection
     isotropic: bool
-    bends: bool = True
     section_of_thickness: Callable[[float], PlateSection] | None = None
     has_thickness: bool = True
 
@@ -116,10 +113,7 @@ class ShellProperties:
             self._bulk.findings.note(
                 f"{card} has no bending material (MID2): its elements are membranes without bending"
             )
-        return ShellProperty(
-            number, card, v["thickness"], section(v["thickness"]), isotropic, bending is not None, section,
-            has_thickness,
-        )  # fmt: skip
+        return ShellProperty(card, v["thickness"], section(v["thickness"]), isotropic, section, has_thickness)
 
     def _pcomp(self, card: Card) -> ShellProperty:
         plies: list[tuple[int, float, float]] = []
@@ -171,7 +165,7 @@ class ShellProperties:
         if abs(shift) > 1e-9 * section.thickness:
             section = section.shifted(shift)
         isotropic = all(self._materials(mid).kind == 1 for mid, _, _ in plies)
-        return ShellProperty(number, card, section.thickness, section, isotropic)
+        return ShellProperty(card, section.thickness, section, isotropic)
 
     def _pshear(self, card: Card) -> ShellProperty:
         """A panel that carries only shear: A = diag(0, 0, G t)."""
@@ -190,7 +184,7 @@ class ShellProperties:
         nsm = card.real(3, 0.0) * self._area_mass()
         D, S = RELATIVE_SUBSTITUTE * G * t**3 / 12 * np.eye(3), RELATIVE_SUBSTITUTE * G * t * np.eye(2)
         section = PlateSection(t, rho * t + nsm, 0.0, A, D, S)
-        return ShellProperty(number, card, t, section, False, False)
+        return ShellProperty(card, t, section, False)
 
 
 def _positive_definite(matrix: Array) -> Array:

@@ -51,7 +51,7 @@ def read_nastran(path: Path) -> Contents:
     for k, cell in enumerate(dict.fromkeys(element.cell for element in elements)):
         same_cell = (element for element in elements if element.cell == cell)
         block_row |= {element.number: (k, row) for row, element in enumerate(same_cell)}
-    point_groups = _sets(deck, row_of_grid, block_row, blocks, path)
+    point_groups = _sets(deck, row_of_grid, block_row, blocks)
     titles = {f"set_{n}": name for n, (_, name) in deck.set_names.items() if n in deck.sets}
     titles |= {f"pid_{n}": name for n, name in deck.property_names.items() if name}
     for number in [n for n, name in deck.property_names.items() if not name]:  # written for cells in no group
@@ -121,7 +121,7 @@ def _elements(deck: Deck, path: Path) -> tuple[list[NumberedElement], dict[int, 
 
 
 def _sets(
-    deck: Deck, row_of_grid: dict[int, int], block_row: dict[int, tuple[int, int]], blocks: list[Block], path: Path
+    deck: Deck, row_of_grid: dict[int, int], block_row: dict[int, tuple[int, int]], blocks: list[Block]
 ) -> dict[str, IntArray]:
     """Point groups of the deck's SETs; SETs of elements are added to the groups of the blocks.
 
