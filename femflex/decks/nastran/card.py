@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from femflex.decks.findings import Location
 from femflex.mesh.formats.guards import check_count
-from femflex.mesh.formats.nastran_cards import real
+from femflex.mesh.formats.nastran_cards import read_number_list, real
 from femflex.mesh.formats.numbers import Numbers
 
 
@@ -81,28 +81,21 @@ class Card:
 
 
 def numbers_of(card: Card, start: int, allowed: Collection[int] | None = None) -> list[int]:
-    """The whole numbers listed from a field on, with THRU and BY. Raises FieldError.
+    """The whole numbers listed from a field on, with THRU, BY and EXCEPT. Raises FieldError.
 
     allowed: a dict or a set to which ranges are limited; None: every number of a range.
     """
-    words, numbers, k = card.words_from(start), list[int](), 0
-    first = 0  # start of a range that may follow
-    while k < len(words):
-        if words[k] == "THRU":
-            if not first or k + 1 >= len(words) or not words[k + 1].lstrip("+-").isdigit():
-                raise FieldError(f"{card} has THRU without a number on both sides")
-            last, step = int(words[k + 1]), 1
-            k += 2
-            if k + 1 < len(words) and words[k] == "BY":
-                step, k = int(words[k + 1]), k + 2
-            span = range(first + step, last + 1, step)
-            if allowed is None:
-                check_count(len(span), str(card))
-            numbers += span if allowed is None else Numbers((span,)).among(allowed)
+    try:
+        listed = read_number_list(card.words_from(start))
+    except ValueError as error:
+        raise FieldError(f"{card}: {error}") from None
+    numbers = list[int]()
+    for part in listed.parts:
+        if isinstance(part, int):
+            numbers.append(part)
             continue
-        if not re.fullmatch(r"[+-]?\d+", words[k]):
-            raise FieldError(f"{card} has {words[k]!r} in a list of whole numbers")
-        first = int(words[k])
-        numbers.append(first)
-        k += 1
-    return numbers
+        if allowed is None:
+            check_count(len(part), str(card))
+        numbers += part if allowed is None else Numbers((part,)).among(allowed)
+    excluded = set(listed.without.among(numbers)) if listed.without is not None else set[int]()
+    return [number for number in numbers if number not in excluded]

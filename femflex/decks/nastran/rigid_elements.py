@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.decks.nastran.card import Card, FieldError
+from femflex.decks.nastran.card import Card, numbers_of
 from femflex.decks.nastran.model import NastranModel
 from femflex.fem import Distributing
 from femflex.mesh.formats.guards import check_count
-from femflex.mesh.formats.numbers import Numbers
 
 SINGULAR = 1e-10  # smallest relative singular value of components that determine a rigid motion
 
@@ -25,27 +26,11 @@ def read_rigid_elements(model: NastranModel) -> None:
     _mpcs(model)
 
 
-def _grids_of(model: NastranModel, card: Card, start: int) -> tuple[list[int], bool]:
-    """Grids listed from a field on, up to a real number (ALPHA), and whether there is such a number."""
-    words = card.words_from(start)
-    alpha = bool(words) and ("." in words[-1] or words[-1] == "ALPHA")
-    grids, k = list[int](), 0
-    words = words[:-1] if alpha else words
-    while k < len(words):
-        if words[k] == "THRU" and grids and k + 1 < len(words):
-            grids += Numbers((range(grids[-1] + 1, int(words[k + 1]) + 1),)).among(model.grids)
-            k += 2
-            continue
-        if not words[k].isdigit():
-            raise FieldError(f"{card} has {words[k]!r} where a grid point is needed")
-        grids.append(int(words[k]))
-        k += 1
-    return grids, alpha
-
-
 def _rbe2(model: NastranModel, card: Card) -> None:
+    """EID, GN, CM, then grids, and ALPHA, which is not used."""
     centre, components = card.integer(1), card.components(2)
-    grids, _ = _grids_of(model, card, 3)
+    fields = [word for word in card.fields if "." not in word and word.strip().upper() != "ALPHA"]
+    grids = numbers_of(replace(card, fields=fields), 3, model.grids)
     if not model.grids.require([centre, *grids], card):
         return
     grids = [g for g in grids if g != centre]

@@ -96,14 +96,14 @@ def read_number_list(words: list[str]) -> Numbers:
         if word == "EXCEPT":
             return Numbers(tuple(numbers), read_number_list(rest[::-1]))
         if word != "THRU":
-            numbers.append(int(word))
+            numbers.append(_integer(word, words))
             continue
         if not numbers or not rest:
             raise ValueError(f"the list {' '.join(words[:20])} has THRU without a number on both sides")
-        first, last, step = numbers[-1], int(rest.pop()), 1
+        first, last, step = numbers[-1], _integer(rest.pop(), words), 1
         if rest and rest[-1] == "BY":
             rest.pop()
-            step = int(rest.pop())
+            step = _integer(rest.pop() if rest else "", words)
         if isinstance(first, range):
             raise ValueError(f"the list {' '.join(words[:20])} has THRU after a range; a number stands before it")
         try:
@@ -111,6 +111,12 @@ def read_number_list(words: list[str]) -> Numbers:
         except ValueError as error:
             raise ValueError(f"the list {' '.join(words[:20])}: {error}") from None
     return Numbers(tuple(numbers))
+
+
+def _integer(word: str, words: list[str]) -> int:
+    if not re.fullmatch(r"[+-]?\d+", word):
+        raise ValueError(f"the list {' '.join(words[:20])} has {word!r} where a whole number belongs")
+    return int(word)
 
 
 def _without_comment(text: str) -> str:
