@@ -22,6 +22,9 @@ from femflex.mesh.orientation import reorient_solids
 
 NODE_MEMBERS = {"lone_nodes": False, "lone_nodes_turning": True}  # group -> whether its nodes have rotations
 Components = tuple[int, ...]  # 1 to 6
+MASSLESS = 1e-18  # [s^2/m^2] mass per length over EA given to bars without mass
+LARGE_EXTENT = 1e9  # [m] of a beam whose deck decides whether it has transverse shear
+MAX_TRIANGLE_SHARE = 0.2  # share of triangles in a property above which they become flat facets with a quadratic field
 
 
 @dataclass(kw_only=True)

@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 
 from femflex.decks.abaqus.materials import Elastic
 from femflex.decks.abaqus.model import AbaqusModel
+from femflex.decks.model import MASSLESS
 from femflex.fem.sections.library import StiffnessSection
-from femflex.fem.sections.profiles import Place, Profile, profile
+from femflex.fem.sections.profiles import Place, Profile, principal_moments, profile
 from femflex.mesh.formats.abaqus_keywords import Keyword
 
-MASSLESS = 1e-18  # [s^2/m^2] mass per length over EA given to beams without mass
 SHEAR_FACTORS = {  # Abaqus' own, by shape
     "RECT": 0.85, "CIRC": 0.89, "PIPE": 0.53, "THICK PIPE": 0.53, "BOX": 0.44, "I": 0.44, "T": 0.44, "L": 1.0,
 }  # fmt: skip
@@ -93,16 +93,12 @@ def _principal_section(
     section: Profile, E: float, G: float, rho: float, factor: float, n1: tuple[float, ...] | None, centroid: Place
 ) -> BeamSection:
     """The section in principal axes; centroid: from the nodes."""
-    A, I1, I2, I12 = section.A, section.Iz, section.Iy, section.Iyz
+    A, I1, I2 = section.A, section.Iz, section.Iy
     if not (A > 0 and I1 > 0 and I2 > 0 and E > 0):
         raise ValueError(
             f"a beam section has A = {A:.6g} m^2, I = {I1:.6g}, {I2:.6g} m^4 and E = {E:.6g} Pa; all must be positive"
         )
-    alpha = 0.0
-    if abs(I12) > 1e-9 * max(I1, I2):
-        alpha = 0.5 * math.atan2(2 * I12, I1 - I2)
-        mean, radius = (I1 + I2) / 2, math.hypot((I1 - I2) / 2, I12)
-        I1, I2 = mean + radius, mean - radius
+    alpha, I1, I2 = principal_moments(I1, I2, section.Iyz)
     c, s = math.cos(alpha), math.sin(alpha)
     y, z = centroid if math.hypot(*centroid) > 1e-9 * math.sqrt(A) else (0.0, 0.0)
     J = section.J if section.J > 0 else 1e-9 * (I1 + I2)

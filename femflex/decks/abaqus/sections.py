@@ -16,6 +16,7 @@ from femflex.decks.abaqus.beam_sections import beam_section, general_section, wi
 from femflex.decks.abaqus.materials import Elastic, Materials
 from femflex.decks.abaqus.model import AbaqusModel
 from femflex.decks.builder import Builder, direction_key
+from femflex.decks.model import LARGE_EXTENT, MASSLESS, MAX_TRIANGLE_SHARE
 from femflex.fem.plate.frames import same_side
 from femflex.fem.sections.laminates import PlateSection, Ply, layup
 from femflex.fem.sections.library import CableSection
@@ -28,9 +29,6 @@ Systems = dict[tuple[str, str], System]
 Make = Callable[[AbaqusModel, Element], None]
 
 NO_BENDING = 1e-9  # bending stiffness of a membrane, relative to that of a homogeneous sheet
-MAX_TRIANGLE_SHARE = 0.2  # share of triangles in a section above which they become flat facets with a quadratic field
-MASSLESS = 1e-18  # [s^2/m^2] mass per length over EA given to bars without mass
-LARGE_EXTENT = 1e9  # m; the deck decides whether beams have transverse shear
 SHEARLESS_TYPES = ("B23", "B33")
 ELEMENTS_PER_HALF = 4  # of a curved beam: straight elements from its middle to an end; arc length: (angle / 8)^2 / 24
 STRAIGHT = 1e-3  # of the length: offset of the middle node up to which a beam is straight (lengthens it by 1e-6)

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from femflex.decks.findings import BY_MATRICES
 from femflex.decks.nastran.bulk import Bulk
 from femflex.decks.nastran.by_number import ByNumber
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.materials import Materials
-from femflex.fem.sections.profiles import Profile, n_dimensions, profile
-
-Place = tuple[float, float]  # y, z
+from femflex.fem.sections.profiles import Place, Profile, n_dimensions, principal_moments, profile
 
 
 @dataclass(frozen=True)
@@ -114,7 +110,7 @@ class BarProperties:
         I1, I2, I12, J = (value * u.length**4 for value in (I1, I2, I12, J))
         return Station(A * u.length**2, I1, I2, I12, J, nsm * (u.mass / u.length * self._bulk.wtmass))
 
-    def _places(self, card: Card, k: int) -> tuple[float, float]:
+    def _places(self, card: Card, k: int) -> Place:
         """Fields k and k + 1 as a place in the section [m]."""
         return card.real(k, 0.0) * self._bulk.units.length, card.real(k + 1, 0.0) * self._bulk.units.length
 
@@ -200,12 +196,6 @@ class BarProperties:
 
 
 def principal(station: Station) -> tuple[float, Station]:
-    """Angle [rad] from the element's y axis to the section's principal axis, and the section in principal axes.
-
-    With y = c y' - s z', I12 = int y z dA vanishes in axes rotated by alpha, tan 2 alpha = 2 I12 / (I1 - I2).
-    """
-    if station.I12 == 0 or abs(station.I12) < 1e-9 * (station.I1 + station.I2):
-        return 0.0, replace(station, I12=0.0)
-    alpha = 0.5 * float(np.arctan2(2 * station.I12, station.I1 - station.I2))
-    mean, half = (station.I1 + station.I2) / 2, float(np.hypot((station.I1 - station.I2) / 2, station.I12))
-    return alpha, replace(station, I1=mean + half, I2=mean - half, I12=0.0)
+    """Angle [rad] from the element's y axis to the section's principal axis, and the section in principal axes."""
+    alpha, I1, I2 = principal_moments(station.I1, station.I2, station.I12)
+    return alpha, replace(station, I1=I1, I2=I2, I12=0.0)

@@ -10,6 +10,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.decks.builder import direction_key
+from femflex.decks.model import LARGE_EXTENT, MASSLESS
 from femflex.decks.nastran.bar_properties import BarProperty, principal
 from femflex.decks.nastran.by_number import ByNumber
 from femflex.decks.nastran.card import Card
@@ -19,7 +20,6 @@ from femflex.fem.sections.library import CableSection, StiffnessSection
 from femflex.fem.sections.profiles import profile
 from femflex.fem.support import COMPONENTS
 
-MASSLESS = 1e-18  # [s^2/m^2] mass per length over EA given to bars without mass
 RELATIVE_SUBSTITUTE = 1e-9  # stiffness given to a bar in place of zero, relative to its other stiffnesses
 
 
@@ -220,8 +220,7 @@ def _bar_options(model: NastranModel, bar: BarProperty, card: Card) -> dict[str,
     has_shear = bar.K1 > 0 and bar.K2 > 0 and bar.G > 0
     if (bar.K1 > 0) != (bar.K2 > 0):
         model.bulk.findings.note(f"{bar.card} has one of K1 and K2 zero: transverse shear is left out")
-    large_extent = 1e9  # m; the deck decides whether sections have transverse shear
-    options: dict[str, object] = {"shear": has_shear, "extent": large_extent}
+    options: dict[str, object] = {"shear": has_shear, "extent": LARGE_EXTENT}
     if not all(bar.G * s.J > 0 for s in bar.stations):
         options["torsion_order"] = 1  # internal shape functions would have no stiffness
     if not all(bar.E * s.A > 0 for s in bar.stations):

@@ -8,6 +8,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.decks.builder import direction_key
+from femflex.decks.model import MAX_TRIANGLE_SHARE
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.middle_nodes import with_middles
 from femflex.decks.nastran.model import NastranModel
@@ -15,7 +16,6 @@ from femflex.decks.nastran.shell_kinds import KINDS, Kind
 from femflex.decks.nastran.shell_properties import ShellProperties, ShellProperty
 from femflex.fem.plate.frames import same_side
 
-MAX_TRIANGLE_SHARE = 0.2  # share of triangles in a property above which they become flat facets with a quadratic field
 CELLS = {(4, False): "quad", (4, True): "quad8", (3, False): "triangle", (3, True): "triangle6"}
 
 

@@ -18,6 +18,8 @@ from femflex.fem.sections.library import rectangle_torsion
 Rectangle = tuple[float, float, float, float, float]  # y and z of the centre, width along y and along z, +1 or -1
 Place = tuple[float, float]  # y, z
 
+SYMMETRIC = 1e-9  # product of inertia, relative to the moments, up to which the axes are principal
+
 
 @dataclass(frozen=True)
 class Profile:
@@ -56,6 +58,17 @@ def n_dimensions(kind: str) -> int:
     if kind not in PROFILES:
         raise ValueError(f"section type {kind!r} is not known; known are {', '.join(PROFILES)}")
     return PROFILES[kind][0]
+
+
+def principal_moments(Iz: float, Iy: float, Iyz: float) -> tuple[float, float, float]:
+    """Angle [rad] from the y axis to a principal axis, and int y^2 dA and int z^2 dA along the principal axes.
+
+    With y = c y' - s z', int y' z' dA vanishes in axes turned by alpha, tan 2 alpha = 2 Iyz / (Iz - Iy).
+    """
+    if abs(Iyz) < SYMMETRIC * (Iz + Iy) or Iyz == 0:
+        return 0.0, Iz, Iy
+    mean, radius = (Iz + Iy) / 2, math.hypot((Iz - Iy) / 2, Iyz)
+    return 0.5 * math.atan2(2 * Iyz, Iz - Iy), mean + radius, mean - radius
 
 
 def _of_rectangles(
