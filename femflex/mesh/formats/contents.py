@@ -217,3 +217,24 @@ def group_classes(groups: Mapping[str, IntArray], count: int) -> list[tuple[tupl
     memberships, first, inverse = np.unique(member, axis=0, return_index=True, return_inverse=True)
     names = np.array([*groups, ""], object)[:-1]
     return [(tuple(names[memberships[k]]), np.flatnonzero(inverse.ravel() == k)) for k in np.argsort(first)]
+
+
+def without_repeated_cells(blocks: list[Block], keys: list[IntArray]) -> list[Block]:
+    """One block for every type of cell, in which a cell listed several times is one cell in several groups.
+
+    keys: of every block the rows (n, k) that are equal for one and the same cell
+    """
+    distinct = []
+    for cell in dict.fromkeys(block.cell for block in blocks):
+        alike = [(block, key) for block, key in zip(blocks, keys, strict=True) if block.cell == cell]
+        key_rows = np.concatenate([key for _, key in alike])
+        _, first, inverse = np.unique(key_rows, axis=0, return_index=True, return_inverse=True)
+        row = np.argsort(np.argsort(first))[inverse.ravel()]  # unique sorts; keep the file's order
+        start, groups = 0, dict[str, list[IntArray]]()
+        for block, _ in alike:
+            for name, members in block.groups.items():
+                groups.setdefault(name, []).append(row[start + members])
+            start += len(block.nodes)
+        nodes = np.concatenate([block.nodes for block, _ in alike])[np.sort(first)]
+        distinct.append(Block(cell, nodes, {name: np.unique(np.concatenate(rows)) for name, rows in groups.items()}))
+    return distinct

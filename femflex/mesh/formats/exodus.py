@@ -9,13 +9,12 @@ import re
 import warnings
 from collections import Counter
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from femflex.arrays import IntArray
 from femflex.mesh.cells import CELL_TYPES
-from femflex.mesh.formats.contents import Block, Contents
+from femflex.mesh.formats.contents import Block, Contents, without_repeated_cells
 from femflex.mesh.formats.register import register
 from femflex.mesh.formats.vtk_data import CELLS, Leaf, cells_of, leaf_contents
 from femflex.mesh.formats.vtk_process import VtkError, read_leaves
@@ -53,7 +52,8 @@ def read_exodus(path: Path) -> Contents:
             blocks.append(Block(cell, rows[block.nodes], {name: np.arange(len(block.nodes))}))
         if kind == "Element Blocks":
             left_out.update(contents.left_out)
-    return Contents(points, _without_repeated_cells(blocks), point_groups, left_out=left_out)
+    keys = [np.sort(block.nodes, axis=1) for block in blocks]
+    return Contents(points, without_repeated_cells(blocks, keys), point_groups, left_out=left_out)
 
 
 def _leaves(path: Path) -> list[Leaf]:
@@ -78,29 +78,6 @@ def _kind_and_name(path: str) -> tuple[str, str]:
     if not match:
         return kind, re.sub(r" ID: \d+.*$", "", name) or path
     return kind, f"{UNNAMED.get(kind, 'nodeset')}_{match[1]}"
-
-
-def _without_repeated_cells(blocks: list[Block]) -> list[Block]:
-    """Blocks in which a cell listed by several sets, with its nodes in any order, is one cell in several groups."""
-    by_cell: dict[str, list[Block]] = {}
-    for block in blocks:
-        by_cell.setdefault(block.cell, []).append(block)
-    distinct = []
-    for cell, parts in by_cell.items():
-        nodes = np.concatenate([part.nodes for part in parts])
-        _, first, inverse = np.unique(np.sort(nodes, axis=1), axis=0, return_index=True, return_inverse=True)
-        first_rows, index = np.unique(first, return_inverse=True)
-        row: Any = index[inverse.ravel()]
-        groups: dict[str, list[IntArray]] = {}
-        start = 0
-        for part in parts:
-            for name, rows in part.groups.items():
-                groups.setdefault(name, []).append(row[start + rows])
-            start += len(part.nodes)
-        distinct.append(
-            Block(cell, nodes[first_rows], {name: np.unique(np.concatenate(rows)) for name, rows in groups.items()})
-        )
-    return distinct
 
 
 register(NAME, (".exo", ".e", ".ex2"), read_exodus)

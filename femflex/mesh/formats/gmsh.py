@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from femflex.arrays import IntArray
-from femflex.mesh.formats.contents import Block, Contents
+from femflex.mesh.formats.contents import Block, Contents, without_repeated_cells
 from femflex.mesh.formats.gmsh_entities import Entity, entities_of, entities_section, physical_tags, read_entities
 from femflex.mesh.formats.guards import check_gmsh_counts
 from femflex.mesh.formats.register import WriteOptions, load_meshio, meshio_call, register
@@ -45,7 +45,9 @@ def read_gmsh(path: Path) -> Contents:
         raw = load_meshio().gmsh.read(plain)
     names = _physical_names(_section_bytes(data, "PhysicalNames", path).decode())
     if version == "2.2":
-        blocks = _without_repeated_elements(_blocks_by_cell_tag(raw, names))
+        blocks, owners = _blocks_by_cell_tag(raw, names)  # format 2.2 repeats an element for each of its groups
+        keys = [np.column_stack([owner, block.nodes]) for block, owner in zip(blocks, owners, strict=True)]
+        blocks = without_repeated_cells(blocks, keys)
     else:
         entities = read_entities(_section_bytes(data, "Entities", path), binary, width)
         blocks = _blocks_by_entity(raw, entities, names)
@@ -131,33 +133,17 @@ def _vtk_order(cell: str, nodes: IntArray) -> IntArray:
     return nodes[:, WEDGE18_FROM_GMSH] if cell == "wedge18" else nodes
 
 
-def _blocks_by_cell_tag(raw: Any, names: dict[Tag, str]) -> list[tuple[Block, IntArray]]:
+def _blocks_by_cell_tag(raw: Any, names: dict[Tag, str]) -> tuple[list[Block], list[IntArray]]:
     """Blocks of format 2.2, where every element carries the numbers of one physical group and one entity."""
     physical, entity = (raw.cell_data.get(f"gmsh:{key}") for key in ("physical", "geometrical"))
-    blocks = []
+    blocks, owners = list[Block](), list[IntArray]()
     for k, part in enumerate(raw.cells):
         numbers = np.abs(physical[k]) if physical else np.zeros(len(part.data), int)
         groups = {_group_name((part.dim, int(n)), names): np.flatnonzero(numbers == n) for n in np.unique(numbers) if n}
         owner = entity[k] if entity else np.zeros(len(part.data), int)
-        blocks.append((Block(part.type, _vtk_order(part.type, part.data), groups), np.asarray(owner, np.int64)))
-    return blocks
-
-
-def _without_repeated_elements(blocks: list[tuple[Block, IntArray]]) -> list[Block]:
-    """Blocks without repeated elements: format 2.2 repeats an element for each of its groups."""
-    result = []
-    for cell in dict.fromkeys(block.cell for block, _ in blocks):
-        same_type = [(block, owner) for block, owner in blocks if block.cell == cell]
-        rows = np.concatenate([np.column_stack([owner, block.nodes]) for block, owner in same_type])
-        _, first, number = np.unique(rows, axis=0, return_index=True, return_inverse=True)
-        rank = np.argsort(np.argsort(first))  # unique sorts; keep the file's order
-        start, groups = 0, dict[str, list[IntArray]]()
-        for block, _ in same_type:
-            for group, members in block.groups.items():
-                groups.setdefault(group, []).append(rank[number.ravel()[members + start]])
-            start += len(block.nodes)
-        result.append(Block(cell, rows[np.sort(first), 1:], {g: np.concatenate(m) for g, m in groups.items()}))
-    return result
+        blocks.append(Block(part.type, _vtk_order(part.type, part.data), groups))
+        owners.append(np.asarray(owner, np.int64))
+    return blocks, owners
 
 
 def _blocks_by_entity(raw: Any, entities: dict[Tag, list[int]], names: dict[Tag, str]) -> list[Block]:
