@@ -68,11 +68,11 @@ def _notes(deck: Deck, groups: dict[str, IntArray], supports: dict[str, Support]
     for name, support in supports.items():
         ids = sorted(number_of_point[int(node)] for node in groups[name])
         words = ", ".join(support.components) + ("" if support.axes == GLOBAL else " of skew axes")
-        texts.append(f"{words} at node{'s' if len(ids) > 1 else ''} {_shown(list(map(str, ids)))}")
+        texts.append(f"{words} at node{'s' if len(ids) > 1 else ''} {_first_texts(list(map(str, ids)))}")
     count = sum(len(support.components) * len(groups[name]) for name, support in supports.items())
     return [
         f"{count} components of nodes have no stiffness and are fixed (as by AUTOSPC; set of supports {AUTOSPC!r}): "
-        f"{_shown(texts, '; ', ' groups')}; if they shall move, connect these nodes by elements that resist there"
+        f"{_first_texts(texts, '; ', ' groups')}; if they shall move, connect these nodes by elements that resist there"
     ] * bool(texts)
 
 
@@ -84,12 +84,12 @@ def _notes_on_loose(deck: Deck, structure: Structure, held: IntArray, fixed: lis
     loose_nodes = set(nodes.tolist())
     names = [name for point, name in deck.point_names().items() if point in loose_nodes]
     return [
-        f"no stiffness at {_shown(names)} in a direction beside one that a connection ties, askew to the axes of the "
-        f"deck; it is not fixed as by AUTOSPC. Support it, or {BY_MATRICES}"
+        f"no stiffness at {_first_texts(names)} in a direction beside one that a connection ties, askew to the axes "
+        f"of the deck; it is not fixed as by AUTOSPC. Support it, or {BY_MATRICES}"
     ] * bool(names)
 
 
-def _shown(texts: list[str], separator: str = ", ", what: str = "") -> str:
+def _first_texts(texts: list[str], separator: str = ", ", what: str = "") -> str:
     """The first MAX_SHOWN texts, and the count of the others."""
     more = f"{separator.rstrip() if what else ''} and {len(texts) - MAX_SHOWN} more{what}"
     return separator.join(texts[:MAX_SHOWN]) + (more if len(texts) > MAX_SHOWN else "")

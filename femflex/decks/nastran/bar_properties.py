@@ -73,7 +73,7 @@ class BarProperties:
         readers = {"PBAR": self._pbar, "PBARL": self._pbarl, "PBEAM": self._pbeam, "PBEAML": self._pbeaml,
                    "PBCOMP": self._pbcomp}  # fmt: skip
         for name, read in readers.items():
-            self._properties.read(name, lambda card, read=read: self._checked(read(card)))  # type: ignore[misc]
+            self._properties.read_cards(name, lambda card, read=read: self._checked(read(card)))  # type: ignore[misc]
         others = bulk.cards_named("PBEND", "PBMSECT", "PBRSECT", use=False)
         self._unsupported = {card.integer(0): card for card in others if card.is_integer(0)}
 

@@ -24,7 +24,7 @@ class ByNumber(Generic[T]):
         self._values: dict[int, T | None] = {}
         self._cards: dict[int, Card] = {}
 
-    def read(self, name: str, reader: Callable[[Card], T], use: bool = True) -> None:
+    def read_cards(self, name: str, reader: Callable[[Card], T], use: bool = True) -> None:
         """Read all cards of this name; a number may be repeated with the same fields alone."""
         self._bulk.for_each_card(lambda card: self._add(card, reader), name, use=use)
 

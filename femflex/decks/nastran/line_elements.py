@@ -39,7 +39,7 @@ def read_line_elements(model: NastranModel) -> None:
         bulk.for_each_card(lambda card: _bar(model, card), name)
     rods: ByNumber[Rod] = ByNumber(bulk, "property", "of rods it has")
     for name in ("PROD", "PTUBE"):
-        rods.read(name, lambda card: _rod_property(model, card))
+        rods.read_cards(name, lambda card: _rod_property(model, card))
     for name in ("CROD", "CTUBE"):
         bulk.for_each_card(lambda card: _rod(model, card, rods), name)
     bulk.for_each_card(lambda card: _conrod(model, card), "CONROD")

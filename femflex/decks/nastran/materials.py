@@ -107,7 +107,7 @@ class Materials:
         self._bulk = bulk
         self._materials: ByNumber[Elastic] = ByNumber(bulk, "material", "it has")
         for name, read in (("MAT1", _mat1), ("MAT2", _mat2), ("MAT8", _mat8), ("MAT9", _mat9)):
-            self._materials.read(name, lambda card, read=read: self._elastic(card, read))  # type: ignore[misc]
+            self._materials.read_cards(name, lambda card, read=read: self._elastic(card, read))  # type: ignore[misc]
         for name, consequence in NOT_ELASTIC.items():
             for card in bulk.cards_named(name, use=False):
                 bulk.findings.unused(name, consequence, card.location)

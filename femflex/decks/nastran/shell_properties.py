@@ -52,7 +52,7 @@ class ShellProperties:
         self._properties: ByNumber[ShellProperty] = ByNumber(bulk, "property", "of shells it has")
         reads = (("PSHELL", self._pshell), ("PCOMP", self._pcomp), ("PCOMPG", self._pcompg), ("PSHEAR", self._pshear))
         for name, read in reads:
-            self._properties.read(name, read)
+            self._properties.read_cards(name, read)
 
     def __call__(self, number: int) -> ShellProperty | None:
         """The property with this number; None if it has an error. Raises ValueError if there is none."""

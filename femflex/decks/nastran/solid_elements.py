@@ -61,7 +61,7 @@ def read_solid_elements(model: NastranModel) -> None:
     others = bulk.cards_named("PCOMPS", "PCOMPLS", "PLSOLID", use=False)
     unsupported = {card.integer(0): card for card in others if card.is_integer(0)}
     properties: ByNumber[Solid] = ByNumber(bulk, "property", "of solids it has")
-    properties.read("PSOLID", lambda card: Solid(_material(model, card, fluids), card.integer(2, 0)))
+    properties.read_cards("PSOLID", lambda card: Solid(_material(model, card, fluids), card.integer(2, 0)))
     for name, kind in KINDS.items():
         bulk.for_each_card(lambda card, kind=kind: _solid(model, card, kind, properties, unsupported), name)  # type: ignore[misc]
 

@@ -28,7 +28,7 @@ def read_springs(model: NastranModel) -> None:
         bulk.for_each_card(lambda card: _celas(model, card, values), name, use=False)
     _bushes(model)
     axial: ByNumber[Card] = ByNumber(bulk, "property", "of PBUSH1D it has")
-    axial.read("PBUSH1D", lambda card: card, use=False)
+    axial.read_cards("PBUSH1D", lambda card: card, use=False)
     bulk.for_each_card(lambda card: _axial_bush(model, card, axial), "CBUSH1D", use=False)
 
 
@@ -134,7 +134,7 @@ def _bushes(model: NastranModel) -> None:
         return np.array([changed[f"K{i + 1}"] for i in range(6)])
 
     stiffnesses: ByNumber[Array] = ByNumber(bulk, "property", "of PBUSH it has")
-    stiffnesses.read("PBUSH", pbush)
+    stiffnesses.read_cards("PBUSH", pbush)
     bulk.for_each_card(lambda card: _bush(model, card, stiffnesses), "CBUSH")
 
 

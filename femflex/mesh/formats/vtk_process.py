@@ -35,14 +35,14 @@ def read_leaves(kind: str, path: Path) -> list[dict[str, Any]]:
     """
     memory = min(free_memory(), MARGIN + MEMORY_PER_BYTE * path.stat().st_size, 2.0**60)
     with _lock:
-        process = _running[0] if _running else _start()
+        process = _running[0] if _running else _started_process()
         assert process.stdin is not None and process.stdout is not None
         try:
             pickle.dump((kind, str(path.resolve()), memory), process.stdin)
             process.stdin.flush()
             answer = pickle.load(process.stdout)
         except (EOFError, OSError, pickle.UnpicklingError):
-            _end()
+            _end_process()
             raise VtkError("the reader of VTK ended on it") from None
     if isinstance(answer, str):
         if match := re.search(r"Unsupported element type: (\w+)", answer):
@@ -51,7 +51,7 @@ def read_leaves(kind: str, path: Path) -> list[dict[str, Any]]:
     return list(answer)
 
 
-def _start() -> subprocess.Popen[bytes]:
+def _started_process() -> subprocess.Popen[bytes]:
     # -P: do not import from its folder; a session of its own: keyboard interrupts reach only the main program
     command = [sys.executable, "-P", str(Path(__file__).with_name("vtk_worker.py"))]
     pipe, null = subprocess.PIPE, subprocess.DEVNULL
@@ -60,7 +60,7 @@ def _start() -> subprocess.Popen[bytes]:
 
 
 @atexit.register
-def _end() -> None:
+def _end_process() -> None:
     """End the process, if there is one."""
     while _running:
         with suppress(OSError), _running.pop() as process:  # closes the pipes, and waits
