@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from femflex.case import read_case as read_case
     from femflex.case import with_values as with_values
     from femflex.dynamics import compile_system as compile_system
-    from femflex.dynamics.equilibria.equilibrium import equilibrium as equilibrium
-    from femflex.dynamics.equilibria.system_modes import system_modes as system_modes
+    from femflex.dynamics.linear.equilibrium import equilibrium as equilibrium
+    from femflex.dynamics.linear.system_modes import system_modes as system_modes
     from femflex.mesh import Mesh as Mesh
     from femflex.mesh import read_mesh as read_mesh
     from femflex.pipeline import run as run
@@ -60,7 +60,7 @@ _HOME = {
     "build_body": "pipeline.case_bodies",
     "build_system": "pipeline.decisions",
     "compile_system": "dynamics",
-    "equilibrium": "dynamics.equilibria.equilibrium",
+    "equilibrium": "dynamics.linear.equilibrium",
     "flexible_body": "reduction.mesh_body",
     "load_body": "reduction",
     "open_run": "results",
@@ -70,7 +70,7 @@ _HOME = {
     "run": "pipeline",
     "save_body": "reduction",
     "simulate": "pipeline.simulate",
-    "system_modes": "dynamics.equilibria.system_modes",
+    "system_modes": "dynamics.linear.system_modes",
     "with_values": "case",
 }
 

@@ -24,8 +24,8 @@ from femflex.advice.limits import (
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.dynamics import Model, compile_system
-from femflex.dynamics.equilibria.elastic_response import ElasticResponse, elastic_indices, elastic_response
 from femflex.dynamics.joints.prescribed_coordinates import prescribed_states
+from femflex.dynamics.linear.elastic_response import ElasticResponse, elastic_indices, elastic_response
 from femflex.dynamics.terms.without import with_rigid_bodies
 from femflex.integrate import Dop853, IntegrationError
 from femflex.integrate.driver import ABSOLUTE, collected

@@ -120,7 +120,7 @@ def print_value_diagram(
     import numpy as np
 
     from femflex.case.stability import stability_table
-    from femflex.dynamics.equilibria.equilibrium import EquilibriumError
+    from femflex.dynamics.linear.equilibrium import EquilibriumError
     from femflex.studies.campbell import assembled_diagram, value_motions, with_value_axis
     from femflex.studies.campbell.over_value import MODES
 
@@ -180,7 +180,7 @@ def computed_diagram(
     """
     from contextlib import ExitStack
 
-    from femflex.dynamics.equilibria.equilibrium import EquilibriumError
+    from femflex.dynamics.linear.equilibrium import EquilibriumError
     from femflex.results.interrupts import finished_on_interrupt
     from femflex.studies.campbell import case_spins, diagram_of
 

@@ -17,7 +17,7 @@ def print_campbell(diagram: Campbell, scale: float, unit: str) -> None:
     """Print frequencies, damping if there is any, crossings, and the motions that grow."""
     import numpy as np
 
-    from femflex.dynamics.equilibria.small_motions import growth_rule
+    from femflex.dynamics.linear.small_motions import growth_rule
 
     if diagram.title:
         print(diagram.title)

@@ -12,7 +12,7 @@ from femflex.cli.tables import print_folded, print_json, print_table
 
 if TYPE_CHECKING:
     from femflex.case import Case
-    from femflex.dynamics.equilibria.system_modes import SystemModes
+    from femflex.dynamics.linear.system_modes import SystemModes
 
 SHOWN = 24  # modes printed
 DRAWN = 12  # modes of the montage
@@ -135,7 +135,7 @@ def print_modes(case: Case, modes: SystemModes, number: int | None, verbose: boo
 
 def damping_note(case: Case, modes: SystemModes) -> str:
     """Describe the first mode whose damping ratio is far from the one given to its body; empty if there is none."""
-    from femflex.dynamics.equilibria.character import MOTIONS
+    from femflex.dynamics.linear.character import MOTIONS
 
     case_ratios: dict[str, float] = {}
     for name, table in case.bodies.items():

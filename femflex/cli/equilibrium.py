@@ -15,7 +15,7 @@ from femflex.cli.times import read_seconds
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
-    from femflex.dynamics.equilibria.equilibrium import Equilibrium
+    from femflex.dynamics.linear.equilibrium import Equilibrium
 
 SHOWN = 24  # coordinates printed; all are in the file and in --json
 XYZ = ("x", "y", "z")
@@ -52,7 +52,7 @@ def equilibrium(
         check_destination(output, force)
     with Patience("building bodies and compiling the equations of motion"):
         from femflex.case import read_case
-        from femflex.dynamics.equilibria.equilibrium import EquilibriumError
+        from femflex.dynamics.linear.equilibrium import EquilibriumError
         from femflex.pipeline.case_equilibrium import case_equilibrium, resolve_at_rest, write_equilibrium
 
         parsed_case = read_case(case)
@@ -123,7 +123,7 @@ def print_stability(state: Equilibrium) -> None:
     named = state.share == 1.0 and state.motions.known  # as motions, below
     print_folded(f"stability   {state.stability if named else state.verdict}")
     if len(state.eigenvalues):
-        from femflex.dynamics.equilibria.small_motions import growth_rule
+        from femflex.dynamics.linear.small_motions import growth_rule
 
         print_folded(f"growth      largest growth rate {state.growth:.3g} 1/s; {growth_rule()}")
     if named:

@@ -19,11 +19,11 @@ from femflex.dynamics.constraints.free_lengths import constrained_free_rate
 from femflex.dynamics.effectors.events import AllEvents, StateEvents
 from femflex.dynamics.effectors.starts import check_distances, with_starts
 from femflex.dynamics.effectors.states import has_events, sensor_problems, threshold_problems
-from femflex.dynamics.equilibria.frequency import highest_frequency
-from femflex.dynamics.equilibria.motion_scale import motion_scales
 from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.joints.switching import switch
 from femflex.dynamics.latches import Latches
+from femflex.dynamics.linear.frequency import highest_frequency
+from femflex.dynamics.linear.motion_scale import motion_scales
 from femflex.dynamics.lowering.constraints import characteristic_length
 from femflex.dynamics.lowering.layout import BALL_QUATERNION, body_records
 from femflex.dynamics.lowering.lower import lower

@@ -23,11 +23,11 @@ from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
 
 from femflex.arrays import Array, IntArray
-from femflex.dynamics.equilibria.closed_motion import refuse_rolling
-from femflex.dynamics.equilibria.increments import advanced
-from femflex.dynamics.equilibria.linearised import free_directions, is_prescribed, linearised, usual_sizes
-from femflex.dynamics.equilibria.states import effector_states
 from femflex.dynamics.joints.prescribed_coordinates import prescribed_states
+from femflex.dynamics.linear.closed_motion import refuse_rolling
+from femflex.dynamics.linear.increments import advanced
+from femflex.dynamics.linear.linearised import free_directions, is_prescribed, linearised, usual_sizes
+from femflex.dynamics.linear.states import effector_states
 from femflex.dynamics.lowering.layout import BALL_NONE, BALL_QUATERNION, body_records
 from femflex.dynamics.model import Model, compile_system
 from femflex.dynamics.terms.by_source import SWITCHED

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 from femflex.arrays import Array
-from femflex.dynamics.equilibria.equilibrium import Equilibrium, EquilibriumError, equilibrium
-from femflex.dynamics.equilibria.frozen import frozen_system
-from femflex.dynamics.equilibria.states import resting_state
-from femflex.dynamics.equilibria.system_modes import without_variation
+from femflex.dynamics.linear.equilibrium import Equilibrium, EquilibriumError, equilibrium
+from femflex.dynamics.linear.frozen import frozen_system
+from femflex.dynamics.linear.states import resting_state
+from femflex.dynamics.linear.system_modes import without_variation
 from femflex.dynamics.model import Model
 from femflex.system import System
 

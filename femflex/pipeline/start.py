@@ -126,7 +126,7 @@ def with_initial_state(case: Case, system: System) -> System:
         return system
     if case.initial.source != EQUILIBRIUM:
         return started(system, _last_row(case, system))
-    from femflex.dynamics.equilibria.equilibrium import equilibrium
+    from femflex.dynamics.linear.equilibrium import equilibrium
 
     try:
         state = equilibrium(system, at=0.0)

@@ -14,7 +14,7 @@ from femflex.view.surface import surface_of
 from femflex.writing import atomic_file
 
 if TYPE_CHECKING:
-    from femflex.dynamics.equilibria.system_modes import SystemModes
+    from femflex.dynamics.linear.system_modes import SystemModes
 
 MOST = 30  # shapes, so that a page stays small
 PHASES = 25  # instants of a period

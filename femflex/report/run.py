@@ -23,7 +23,7 @@ from femflex.writing import atomic_file
 
 if TYPE_CHECKING:
     from femflex.case import Case
-    from femflex.dynamics.equilibria.system_modes import SystemModes
+    from femflex.dynamics.linear.system_modes import SystemModes
 
 INSTANTS = 1000  # of the scene, so that a page stays small
 SHOWN_MODES = 20

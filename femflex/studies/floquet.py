@@ -18,9 +18,9 @@ import numpy as np
 
 from femflex.arrays import Array, ComplexArray
 from femflex.dynamics import compile_system
-from femflex.dynamics.equilibria.increments import advanced
-from femflex.dynamics.equilibria.linearised import is_prescribed, usual_sizes
-from femflex.dynamics.equilibria.states import effector_states
+from femflex.dynamics.linear.increments import advanced
+from femflex.dynamics.linear.linearised import is_prescribed, usual_sizes
+from femflex.dynamics.linear.states import effector_states
 from femflex.dynamics.model import Model
 from femflex.system import System
 
@@ -139,8 +139,8 @@ def _trivial_names(model: Model, x: Array, steps: list[Array], positions: list[i
 
 def _symmetries(model: Model, x: Array, positions: list[int]) -> list[tuple[str, Array]]:
     """Departures (n,) [SI] that give the same motion later, or at another position or attitude of the base frame."""
-    from femflex.dynamics.equilibria.body_motions import body_motions
-    from femflex.dynamics.equilibria.rigid_motions import rigid_fields
+    from femflex.dynamics.linear.body_motions import body_motions
+    from femflex.dynamics.linear.rigid_motions import rigid_fields
 
     u = model.parts(x)[1]
     rate = model.state_rate(0.0, x)

@@ -17,9 +17,9 @@ from support.random_systems import random_body
 from femflex.body import Marker
 from femflex.body.rigid import rigid_body
 from femflex.dynamics import compile_system
-from femflex.dynamics.equilibria.equilibrium import equilibrium
-from femflex.dynamics.equilibria.increments import advanced
-from femflex.dynamics.equilibria.system_modes import modes_about
+from femflex.dynamics.linear.equilibrium import equilibrium
+from femflex.dynamics.linear.increments import advanced
+from femflex.dynamics.linear.system_modes import modes_about
 from femflex.effectors import block, low_pass, pd
 from femflex.reduction import BeamFunctions, ModalDamping, UniformBeam, beam_body
 from femflex.studies.linear import linear_model, poles_of

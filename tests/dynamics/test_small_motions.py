@@ -12,10 +12,10 @@ from support.spinning_craft import principal_axes, random_craft
 
 import femflex
 from femflex.body import Marker, rigid_body
-from femflex.dynamics.equilibria.character import motion_character
-from femflex.dynamics.equilibria.equilibrium import equilibrium
-from femflex.dynamics.equilibria.linearised import linearised
-from femflex.dynamics.equilibria.system_modes import system_modes
+from femflex.dynamics.linear.character import motion_character
+from femflex.dynamics.linear.equilibrium import equilibrium
+from femflex.dynamics.linear.linearised import linearised
+from femflex.dynamics.linear.system_modes import system_modes
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body
 from femflex.system import (
     Frame,

@@ -14,7 +14,7 @@ import numpy as np
 
 from femflex import fem, reduction
 from femflex.dynamics import compile_system
-from femflex.dynamics.equilibria.equilibrium import equilibrium
+from femflex.dynamics.linear.equilibrium import equilibrium
 from femflex.integrate import integrator
 from femflex.mesh import rectangle
 from femflex.reduction.boundary.clamps import held_dofs

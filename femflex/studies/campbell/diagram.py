@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from femflex.arrays import Array, BoolArray, ComplexArray, IntArray
-from femflex.dynamics.equilibria.character import WOBBLE, numbered_names
-from femflex.dynamics.equilibria.small_motions import GROWING
+from femflex.dynamics.linear.character import WOBBLE, numbered_names
+from femflex.dynamics.linear.small_motions import GROWING
 from femflex.studies.campbell.crossings import Crossing, crossings
 from femflex.studies.campbell.matching import Match
 from femflex.studies.campbell.sweep import Spin, spins
@@ -27,7 +27,7 @@ class Branch:
 
     name            character at the first speed, and number among those of the same character: "flap 1"
     eigenvalues     (n,) [1/s], nan where it could not be tracked
-    characters      (n,) character at each speed (`femflex.dynamics.equilibria.character`)
+    characters      (n,) character at each speed (`femflex.dynamics.linear.character`)
     growing         (n,) whether it grows there
     """
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from femflex.arrays import Array, ComplexArray, IntArray
-from femflex.dynamics.equilibria.small_motions import SmallMotions
+from femflex.dynamics.linear.small_motions import SmallMotions
 
 ONE = 1e-6  # relative difference of frequencies below which shapes may mix arbitrarily
 SINGLE = 1e-2  # weight of the MAC of single shapes, which decides within a space of mixtures

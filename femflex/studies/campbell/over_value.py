@@ -9,8 +9,8 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.case import Case
-from femflex.dynamics.equilibria.character import motion_character
-from femflex.dynamics.equilibria.equilibrium import EquilibriumError
+from femflex.dynamics.linear.character import motion_character
+from femflex.dynamics.linear.equilibrium import EquilibriumError
 from femflex.pipeline.rest import rest_equilibrium
 from femflex.studies.campbell.diagram import Campbell, assembled_diagram
 from femflex.studies.campbell.matching import Match

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.equilibria.character import motion_character
-from femflex.dynamics.equilibria.equilibrium import EquilibriumError, equilibrium
-from femflex.dynamics.equilibria.frozen import frozen_system
-from femflex.dynamics.equilibria.small_motions import SmallMotions
+from femflex.dynamics.linear.character import motion_character
+from femflex.dynamics.linear.equilibrium import EquilibriumError, equilibrium
+from femflex.dynamics.linear.frozen import frozen_system
+from femflex.dynamics.linear.small_motions import SmallMotions
 from femflex.studies.campbell.matching import Match, match_vibrations
 from femflex.system import Frame, System, started
 

@@ -2,7 +2,7 @@
 
     M du' + (D + G) du + K dxi + R dz = Q du_in,    dxi' = du + W dxi,    dz' = F_x dxi + F_u du + F_z dz + F_in du_in
 
-The equations of the coordinates are those of `femflex.dynamics.equilibria.linearised`. Columns of inputs come from the
+The equations of the coordinates are those of `femflex.dynamics.linear.linearised`. Columns of inputs come from the
 same system with a small increment of the input; outputs are differences of channels. The value and rate of a prescribed
 coordinate are states of the model, and its acceleration is the input.
 """
@@ -16,17 +16,17 @@ from functools import cached_property
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.equilibria.equilibrium import Equilibrium
-from femflex.dynamics.equilibria.increments import advanced
-from femflex.dynamics.equilibria.linearised import (
+from femflex.dynamics.linear.equilibrium import Equilibrium
+from femflex.dynamics.linear.increments import advanced
+from femflex.dynamics.linear.linearised import (
     Linearised,
     free_directions,
     linearised,
     usual_sizes,
 )
-from femflex.dynamics.equilibria.local_derivative import local_derivative, on_line
-from femflex.dynamics.equilibria.states import effector_states
-from femflex.dynamics.equilibria.system_modes import SystemModes, modes_about
+from femflex.dynamics.linear.local_derivative import local_derivative, on_line
+from femflex.dynamics.linear.states import effector_states
+from femflex.dynamics.linear.system_modes import SystemModes, modes_about
 from femflex.dynamics.model import Model, compile_system
 from femflex.effectors.constant_commands import FOLLOWER, UNIT, with_followers_of, with_held_commands
 from femflex.noun.problems import suggestion_text

@@ -19,10 +19,10 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from femflex.arrays import Array, ComplexArray, IntArray
-from femflex.dynamics.equilibria.increments import advanced
-from femflex.dynamics.equilibria.linearised import free_directions, linearised, usual_sizes
-from femflex.dynamics.equilibria.local_derivative import local_derivative, on_line
-from femflex.dynamics.equilibria.states import effector_states
+from femflex.dynamics.linear.increments import advanced
+from femflex.dynamics.linear.linearised import free_directions, linearised, usual_sizes
+from femflex.dynamics.linear.local_derivative import local_derivative, on_line
+from femflex.dynamics.linear.states import effector_states
 from femflex.dynamics.model import Model, compile_system
 from femflex.effectors.constant_commands import is_sampled, with_held_commands
 from femflex.effectors.sensor import without_quantum

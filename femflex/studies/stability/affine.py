@@ -13,9 +13,9 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.dynamics import compile_system
-from femflex.dynamics.equilibria.equilibrium import EquilibriumError
-from femflex.dynamics.equilibria.linearised import frame_rate, linearised, usual_sizes
-from femflex.dynamics.equilibria.small_motions import growth_threshold, spectrum
+from femflex.dynamics.linear.equilibrium import EquilibriumError
+from femflex.dynamics.linear.linearised import frame_rate, linearised, usual_sizes
+from femflex.dynamics.linear.small_motions import growth_threshold, spectrum
 from femflex.pipeline.rest import rest_equilibrium
 from femflex.studies.stability.gravity_gradient import craft_inertia, moments_from_ratios, ratio_inertia, with_inertia
 from femflex.studies.stability.judgement import (

@@ -8,9 +8,9 @@ import numpy as np
 
 from femflex.arrays import Array, ComplexArray
 from femflex.case import CaseError
-from femflex.dynamics.equilibria.equilibrium import Equilibrium, EquilibriumError
-from femflex.dynamics.equilibria.linearised import frame_rate, linearised, usual_sizes
-from femflex.dynamics.equilibria.system_modes import modes_about
+from femflex.dynamics.linear.equilibrium import Equilibrium, EquilibriumError
+from femflex.dynamics.linear.linearised import frame_rate, linearised, usual_sizes
+from femflex.dynamics.linear.system_modes import modes_about
 from femflex.integrate import IntegrationError
 from femflex.pipeline.rest import rest_equilibrium
 from femflex.studies.floquet import floquet, periodic_state

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.equilibria.increments import advanced
-from femflex.dynamics.equilibria.local_derivative import local_derivative, on_line
+from femflex.dynamics.linear.increments import advanced
+from femflex.dynamics.linear.local_derivative import local_derivative, on_line
 from femflex.system import Effector, System
 
 if TYPE_CHECKING:

@@ -15,16 +15,16 @@ import numpy as np
 
 from femflex.arrays import Array, BoolArray, ComplexArray, IntArray
 from femflex.body import FlexibleBody, StrainTensors
-from femflex.dynamics.equilibria.closed_motion import (
+from femflex.dynamics.joints.law_places import latch_places
+from femflex.dynamics.linear.closed_motion import (
     independent_coordinates,
     least_multipliers,
     refuse_rolling,
     slack_of_loops,
 )
-from femflex.dynamics.equilibria.increments import advanced
-from femflex.dynamics.equilibria.local_derivative import local_derivative, on_line
-from femflex.dynamics.equilibria.states import StateEquations, state_equations
-from femflex.dynamics.joints.law_places import latch_places
+from femflex.dynamics.linear.increments import advanced
+from femflex.dynamics.linear.local_derivative import local_derivative, on_line
+from femflex.dynamics.linear.states import StateEquations, state_equations
 from femflex.dynamics.lowering.layout import BALL_NONE, body_records
 from femflex.system import System
 
@@ -39,10 +39,10 @@ NARROW = 5  # steps along coordinates, the last 1e-13 of that size: laws of 1e-9
 class Linearised:
     """Linear equations about a state: M, D, K, W (n, n) of the freedoms that are not prescribed; their names.
 
-    states  the m states of effectors in addition (see femflex.dynamics.equilibria.states)
+    states  the m states of effectors in addition (see femflex.dynamics.linear.states)
 
 
-    With loops n counts the independent ones, which the others follow (see femflex.dynamics.equilibria.closed_motion).
+    With loops n counts the independent ones, which the others follow (see femflex.dynamics.linear.closed_motion).
     """
 
     M: Array

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from femflex.dynamics.equilibria.closed_motion import refuse_rolling
+from femflex.dynamics.linear.closed_motion import refuse_rolling
 from femflex.system import Joint, Load, Profile, System, Threshold
 from femflex.system.fixed_length import moving_lengths, with_fixed_lengths
 from femflex.system.joint_coordinates import OPEN, RELEASED

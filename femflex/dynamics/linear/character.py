@@ -16,10 +16,10 @@ import numpy as np
 
 from femflex.arrays import Array, BoolArray, ComplexArray
 from femflex.body import FlexibleBody
-from femflex.dynamics.equilibria.body_motions import BodyMotion
-from femflex.dynamics.equilibria.linearised import is_prescribed, linear_stiffness
-from femflex.dynamics.equilibria.rigid_motions import rigid_fields
-from femflex.dynamics.equilibria.small_motions import SmallMotions
+from femflex.dynamics.linear.body_motions import BodyMotion
+from femflex.dynamics.linear.linearised import is_prescribed, linear_stiffness
+from femflex.dynamics.linear.rigid_motions import rigid_fields
+from femflex.dynamics.linear.small_motions import SmallMotions
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model
 

@@ -16,9 +16,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.equilibria.closed_motion import least_multipliers
-from femflex.dynamics.equilibria.increments import advanced
-from femflex.dynamics.equilibria.steady import Steady
+from femflex.dynamics.linear.closed_motion import least_multipliers
+from femflex.dynamics.linear.increments import advanced
+from femflex.dynamics.linear.steady import Steady
 
 Merit = Callable[[Array], float]  # of the forces that are left (n_u,)
 

@@ -8,17 +8,17 @@ from functools import cached_property
 import numpy as np
 
 from femflex.arrays import Array, BoolArray, IntArray
-from femflex.dynamics.equilibria.closed_motion import closing_directions, slack_of_loops
-from femflex.dynamics.equilibria.coasting import controlled_rotors, with_coasting_rotors
-from femflex.dynamics.equilibria.frozen import frozen_system, without_damping
-from femflex.dynamics.equilibria.linearised import (
+from femflex.dynamics.linear.closed_motion import closing_directions, slack_of_loops
+from femflex.dynamics.linear.coasting import controlled_rotors, with_coasting_rotors
+from femflex.dynamics.linear.frozen import frozen_system, without_damping
+from femflex.dynamics.linear.linearised import (
     frame_rate,
     is_prescribed,
     linear_stiffness,
     stiffness,
     usual_sizes,
 )
-from femflex.dynamics.equilibria.states import effector_states, settled_states, state_equations
+from femflex.dynamics.linear.states import effector_states, settled_states, state_equations
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model, compile_system
 from femflex.system import Effector, Environment, Frame, System

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.arrays import Array, IntArray
-from femflex.dynamics.equilibria.frequency import restoring_accelerations, stiff_indices
-from femflex.dynamics.equilibria.linearised import frame_rate, is_prescribed, rounding_forces, usual_sizes
-from femflex.dynamics.equilibria.singular_mass import refuse_singular_mass
 from femflex.dynamics.joints.prescribed_coordinates import prescribed_states
+from femflex.dynamics.linear.frequency import restoring_accelerations, stiff_indices
+from femflex.dynamics.linear.linearised import frame_rate, is_prescribed, rounding_forces, usual_sizes
+from femflex.dynamics.linear.singular_mass import refuse_singular_mass
 from femflex.dynamics.lowering.layout import body_records
 
 if TYPE_CHECKING:

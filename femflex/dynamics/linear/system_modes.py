@@ -10,9 +10,9 @@ import numpy as np
 
 from femflex.arrays import Array, BoolArray, ComplexArray, IntArray
 from femflex.body import FlexibleBody, Skin
-from femflex.dynamics.equilibria.body_motions import BodyMotion
-from femflex.dynamics.equilibria.character import motion_character, numbered_names
-from femflex.dynamics.equilibria.equilibrium import Equilibrium, EquilibriumError, equilibrium
+from femflex.dynamics.linear.body_motions import BodyMotion
+from femflex.dynamics.linear.character import motion_character, numbered_names
+from femflex.dynamics.linear.equilibrium import Equilibrium, EquilibriumError, equilibrium
 from femflex.effectors.constant_commands import stands_for_controller, with_held_commands
 from femflex.summary import Rows, Summarised
 from femflex.system import Effector, Joint, Profile, System

@@ -1,6 +1,6 @@
 """Equilibria: rest in the base frame under constant loads, steady spin, or the gravity gradient of a circular orbit.
 
-Newton's method (femflex.dynamics.equilibria.balance) on the compiled residual with u = du/dt = 0. Where it does not
+Newton's method (femflex.dynamics.linear.balance) on the compiled residual with u = du/dt = 0. Where it does not
 get there at once, the outer forces grow from zero to full share in steps (continuation). Coordinates that nothing
 resists (a free body's place, the angle of an axle) are held: they move along the least change, and no force may
 remain along them.
@@ -14,12 +14,12 @@ from functools import cached_property
 import numpy as np
 
 from femflex.arrays import Array, ComplexArray
-from femflex.dynamics.equilibria.balance import BALANCED, Balance, balance, finely_balanced
-from femflex.dynamics.equilibria.frequency import damped
-from femflex.dynamics.equilibria.small_motions import SmallMotions, small_motions
-from femflex.dynamics.equilibria.stable_state import LEVEL, stable_state_below
-from femflex.dynamics.equilibria.states import resting_state
-from femflex.dynamics.equilibria.steady import Steady, steady
+from femflex.dynamics.linear.balance import BALANCED, Balance, balance, finely_balanced
+from femflex.dynamics.linear.frequency import damped
+from femflex.dynamics.linear.small_motions import SmallMotions, small_motions
+from femflex.dynamics.linear.stable_state import LEVEL, stable_state_below
+from femflex.dynamics.linear.states import resting_state
+from femflex.dynamics.linear.steady import Steady, steady
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model, compile_system
 from femflex.effectors.constant_commands import with_held_commands

@@ -8,8 +8,8 @@ import numpy as np
 
 from femflex.arrays import Array, ComplexArray
 from femflex.body import FlexibleBody
-from femflex.dynamics.equilibria.increments import advanced
-from femflex.dynamics.equilibria.linearised import usual_sizes
+from femflex.dynamics.linear.increments import advanced
+from femflex.dynamics.linear.linearised import usual_sizes
 from femflex.dynamics.model import Model
 from femflex.dynamics.reports.marker_motion import base_attitude
 from femflex.rotations import dcm_from_quaternion, vector_from_dcm

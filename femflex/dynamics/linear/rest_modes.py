@@ -14,8 +14,8 @@ from scipy.linalg import eigh
 
 from femflex.arrays import Array, BoolArray, IntArray
 from femflex.body import FlexibleBody
-from femflex.dynamics.equilibria.body_motions import BodyMotion, body_motions
-from femflex.dynamics.equilibria.linearised import free_directions, multipliers, stiffness
+from femflex.dynamics.linear.body_motions import BodyMotion, body_motions
+from femflex.dynamics.linear.linearised import free_directions, multipliers, stiffness
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import compile_system
 from femflex.system import Environment, Frame, LengthTable, System

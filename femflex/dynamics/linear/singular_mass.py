@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.equilibria.linearised import is_prescribed
+from femflex.dynamics.linear.linearised import is_prescribed
 from femflex.dynamics.lowering.layout import body_records
 
 if TYPE_CHECKING:

@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.equilibria.balance import relaxed, stiff_compliance, unbalanced_forces
-from femflex.dynamics.equilibria.increments import advanced
-from femflex.dynamics.equilibria.steady import Steady
+from femflex.dynamics.linear.balance import relaxed, stiff_compliance, unbalanced_forces
+from femflex.dynamics.linear.increments import advanced
+from femflex.dynamics.linear.steady import Steady
 
 FIRST = 0.02  # step off the unstable equilibrium over usual sizes
 LONGEST = 0.1  # of the others: a buckled column is a radian away, and may have other equilibria beyond

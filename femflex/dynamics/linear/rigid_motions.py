@@ -8,7 +8,7 @@ inertial axes, the displacement also linear in time),
 
 so that their eigenvalues are 0 along the spin axis and +-i Omega across it, double and defective for drift. Found
 numerically they would split by the root of the rounding and look like slow growth; they are taken out before instead
-(`femflex.dynamics.equilibria.small_motions`).
+(`femflex.dynamics.linear.small_motions`).
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from femflex.arrays import Array, BoolArray, ComplexArray
-from femflex.dynamics.equilibria.body_motions import BodyMotion
-from femflex.dynamics.equilibria.linearised import is_prescribed
+from femflex.dynamics.linear.body_motions import BodyMotion
+from femflex.dynamics.linear.linearised import is_prescribed
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model
 

@@ -19,9 +19,9 @@ import numpy as np
 from scipy.linalg import eigh
 
 from femflex.arrays import Array, IntArray
-from femflex.dynamics.equilibria.closed_motion import least_multipliers, slack_of_loops
-from femflex.dynamics.equilibria.linearised import free_directions, is_prescribed, linearised
 from femflex.dynamics.joints.prescribed_coordinates import prescribed_places
+from femflex.dynamics.linear.closed_motion import least_multipliers, slack_of_loops
+from femflex.dynamics.linear.linearised import free_directions, is_prescribed, linearised
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model
 
