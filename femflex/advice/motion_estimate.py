@@ -25,7 +25,8 @@ from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.dynamics import Model, compile_system
 from femflex.dynamics.joints.prescribed_coordinates import prescribed_states
-from femflex.dynamics.linear.elastic_response import ElasticResponse, elastic_indices, elastic_response
+from femflex.dynamics.linear.elastic_motion import ElasticResponse, elastic_response
+from femflex.dynamics.linear.freedoms import elastic_places
 from femflex.dynamics.terms.without import with_rigid_bodies
 from femflex.integrate import Dop853, IntegrationError
 from femflex.integrate.driver import ABSOLUTE, collected
@@ -199,7 +200,7 @@ def _joined_motion(parts: Sequence[Motion]) -> Motion:
 
 def _states_from_rigid_motion(model: Model, rigid: Model, motion: Motion) -> tuple[Array, Array]:
     """States and accelerations of the model in the motion of the rigid model, elastic coordinates zero."""
-    qe, ue = elastic_indices(model)
+    qe, ue = elastic_places(model)
     q, u = np.delete(np.arange(model.n_q), qe), np.delete(np.arange(model.n_u), ue)
     times, rigid_states = motion
     states, rates = np.zeros((len(times), model.n_x)), np.zeros((len(times), model.n_u))

@@ -34,9 +34,8 @@ from femflex.advice.limits import (
 )
 from femflex.advice.motion_estimate import SINGULAR
 from femflex.arrays import Array
-from femflex.dynamics.linear.elastic_response import ElasticResponse
+from femflex.dynamics.linear.elastic_motion import CLOSE, ElasticResponse, RestModes, rest_modes
 from femflex.dynamics.linear.joint_loads import joint_loads, joint_markers
-from femflex.dynamics.linear.rest_modes import CLOSE, RestModes, rest_modes
 from femflex.reading import error_text
 from femflex.reduction.boundary.rigid import DIRECTIONS
 from femflex.reduction.modes.damping import is_added

@@ -135,7 +135,7 @@ def print_modes(case: Case, modes: SystemModes, number: int | None, verbose: boo
 
 def damping_note(case: Case, modes: SystemModes) -> str:
     """Describe the first mode whose damping ratio is far from the one given to its body; empty if there is none."""
-    from femflex.dynamics.linear.character import MOTIONS
+    from femflex.dynamics.linear.rigid_motions import MOTIONS
 
     case_ratios: dict[str, float] = {}
     for name, table in case.bodies.items():

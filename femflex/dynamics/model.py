@@ -22,8 +22,7 @@ from femflex.dynamics.effectors.states import has_events, sensor_problems, thres
 from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.joints.switching import switch
 from femflex.dynamics.latches import Latches
-from femflex.dynamics.linear.frequency import highest_frequency
-from femflex.dynamics.linear.motion_scale import motion_scales
+from femflex.dynamics.linear.motion_scale import highest_frequency, motion_scales
 from femflex.dynamics.lowering.constraints import characteristic_length
 from femflex.dynamics.lowering.layout import BALL_QUATERNION, body_records
 from femflex.dynamics.lowering.lower import lower

@@ -5,7 +5,7 @@ from __future__ import annotations
 from threading import local
 
 from femflex.dynamics import compile_system
-from femflex.dynamics.linear.singular_mass import refuse_singular_mass
+from femflex.dynamics.linear.freedoms import refuse_singular_mass
 from femflex.dynamics.model import Model
 from femflex.system import System
 

@@ -24,9 +24,10 @@ from scipy.linalg import expm
 
 from femflex.arrays import Array, IntArray
 from femflex.dynamics.joints.prescribed_coordinates import prescribed_states
-from femflex.dynamics.linear.closed_motion import refuse_rolling
-from femflex.dynamics.linear.increments import advanced
-from femflex.dynamics.linear.linearised import free_directions, is_prescribed, linearised, usual_sizes
+from femflex.dynamics.linear.equations import linearised
+from femflex.dynamics.linear.equilibrium import rest_equilibrium, with_loads_of
+from femflex.dynamics.linear.freedoms import free_directions, is_prescribed, refuse_rolling, usual_sizes
+from femflex.dynamics.linear.increments import displaced, increment_between
 from femflex.dynamics.linear.states import effector_states
 from femflex.dynamics.lowering.layout import BALL_NONE, BALL_QUATERNION, body_records
 from femflex.dynamics.model import Model, compile_system
@@ -38,7 +39,6 @@ from femflex.integrate.outcome import ROWS, Solution
 from femflex.integrate.protocol import Model as AnyModel
 from femflex.integrate.protocol import Progress
 from femflex.integrate.step_monitor import BLOCK_SECONDS
-from femflex.pipeline.rest import rest_equilibrium, rest_state, with_loads_of
 from femflex.system import System
 
 NUMBER = 20  # of the method in resume arrays
@@ -48,8 +48,6 @@ NODES = np.sqrt(0.6) * np.array([-1.0, 0.0, 1.0])  # Gauss points of a step, fro
 SMALLEST = 1e-9  # part of an output step, the least step
 KNOTS, SPLINE = (9, 600), 1e-5  # points of a table of A, and its error before the last halving, of a row's largest
 NOISE = 3.0  # an error that falls less than this many times by a halving is that of the differences
-NEWTON_TOLERANCE = 1e-12  # last step of Newton's method for an increment
-NEWTON_STEPS = 12  # most steps of that method
 
 
 @dataclass(frozen=True, eq=False)
@@ -267,11 +265,10 @@ class Reference:
         rest_model = compile_system(rest_system)
         if names := [name for name in model.omitted if name in SWITCHED]:
             rest_model = rest_model.without(*names)
-        x = rest_state(equilibrium, rest_model) if equilibrium is not None else nominal_state(rest_model)
+        x = equilibrium.state_in(rest_model) if equilibrium is not None else nominal_state(rest_model)
         independent, Z = free_directions(rest_model, 0.0, x)
-        inner = model.n_q + model.n_u + np.array(effector_states(system), int)
-        sizes = usual_sizes(model)[independent]
-        sizes = np.concatenate([sizes, sizes, system.state_sizes()[inner - model.n_q - model.n_u]])
+        (inner, state_sizes), sizes = effector_states(model), usual_sizes(model)[independent]
+        sizes = np.concatenate([sizes, sizes, state_sizes])
         moves = any(profile.moves for joint in system.joints for profile in joint.prescribed.values())
         return cls(model, rest_model, x, Z, independent, inner, sizes, moves, not (changes or moves))
 
@@ -298,7 +295,7 @@ class Reference:
         """The departures (n_y,) of a state (n_x,) [SI] from the reference."""
         (q, u, z), (p, v, w) = self.model.parts(self.reference_state(t)), self.model.parts(x)
         first = self.model.n_q + self.model.n_u
-        increments = increment(self.model, q, p)
+        increments = increment_between(self.model, q, p)
         return np.concatenate(
             [increments[self.independent], (v - u)[self.independent], (w - z)[self.effector_states - first]]
         )
@@ -306,8 +303,7 @@ class Reference:
     def state(self, t: float, y: Array) -> Array:
         """The state (n_x,) [SI] of departures (n_y,)."""
         n = len(self.independent)
-        q, u, z = (part.copy() for part in self.model.parts(self.reference_state(t)))
-        x = np.concatenate([advanced(self.model, q, self.Z @ y[:n]), u + self.Z @ y[n : 2 * n], z])
+        x = displaced(self.model, self.reference_state(t), self.Z @ y[:n], self.Z @ y[n : 2 * n])
         x[self.effector_states] += y[2 * n :]
         return x
 
@@ -337,33 +333,6 @@ def nominal_state(model: Model) -> Array:
             n = 4 if record["ball"] == BALL_QUATERNION else 3
             q[first : first + n] = np.eye(4)[0, :n] if n == 4 else 0.0
     return model.at_rest(q)
-
-
-def increment(model: Model, q: Array, p: Array) -> Array:
-    """The increment (n_u,) [SI] along the quasi-velocities that leads from coordinates q (n_q,) to p, by Newton's
-    method.
-
-    Quaternions of either sign are the same attitude, and angles count modulo 2 pi.
-    """
-    q, p, n = np.asarray(q, float), np.array(p, float), model.n_u
-    for first in model.renormalise:
-        four = slice(int(first), int(first) + 4)
-        if p[four] @ q[four] < 0:
-            p[four] = -p[four]
-    turns = np.array([unit == "rad" for _, unit in model.system.coordinate_names()], bool)
-    solution, h = np.zeros(n), 1e-6
-    for _ in range(NEWTON_STEPS if n else 0):
-        reached = advanced(model, q, solution)
-        change = p - reached
-        change[turns] -= 2 * np.pi * np.round(change[turns] / (2 * np.pi))
-        columns = [
-            (advanced(model, q, solution + h * e) - advanced(model, q, solution - h * e)) / (2 * h) for e in np.eye(n)
-        ]
-        step = np.linalg.lstsq(np.column_stack(columns), change, rcond=None)[0]
-        solution = solution + step
-        if np.abs(step).max() <= NEWTON_TOLERANCE * max(1.0, float(np.abs(solution).max())):
-            break
-    return solution
 
 
 def _turning_orbit(system: System) -> bool:

@@ -18,8 +18,8 @@ import numpy as np
 
 from femflex.arrays import Array, ComplexArray
 from femflex.dynamics import compile_system
-from femflex.dynamics.linear.increments import advanced
-from femflex.dynamics.linear.linearised import is_prescribed, usual_sizes
+from femflex.dynamics.linear.freedoms import is_prescribed, usual_sizes
+from femflex.dynamics.linear.increments import displaced, increment_between
 from femflex.dynamics.linear.states import effector_states
 from femflex.dynamics.model import Model
 from femflex.system import System
@@ -139,22 +139,20 @@ def _trivial_names(model: Model, x: Array, steps: list[Array], positions: list[i
 
 def _symmetries(model: Model, x: Array, positions: list[int]) -> list[tuple[str, Array]]:
     """Departures (n,) [SI] that give the same motion later, or at another position or attitude of the base frame."""
-    from femflex.dynamics.linear.body_motions import body_motions
-    from femflex.dynamics.linear.rigid_motions import rigid_fields
+    from femflex.dynamics.linear.rigid_motions import MOTIONS, body_motions, rigid_fields
 
     u = model.parts(x)[1]
     rate = model.state_rate(0.0, x)
     fields, is_free = rigid_fields(model, body_motions(model, x), np.eye(3))
     frame = model.system.frame
     spin = -frame.rate if frame.kind == "spinning" else np.zeros(3)
+    turns = np.cross(spin, np.eye(3)).T  # a constant inertial vector moves in spinning axes
+    rates = np.hstack([fields[:, :3] @ turns, fields[:, 3:] @ turns])
     symmetries = []
-    for kind, start in (("translation", 0), ("rotation", 3)):
-        columns = fields[:, start : start + 3]
-        rates = columns @ np.cross(spin, np.eye(3)).T  # a constant inertial vector moves in spinning axes
-        for k, axis in enumerate("xyz"):
-            if is_free[start + k]:
-                state = np.concatenate([columns[:, k], rates[:, k], np.zeros(model.n_z)])
-                symmetries.append((f"{kind} {axis}", state[positions]))
+    for k, name in enumerate(MOTIONS):
+        if is_free[k]:
+            state = np.concatenate([fields[:, k], rates[:, k], np.zeros(model.n_z)])
+            symmetries.append((name, state[positions]))
     symmetries.append(("phase", np.concatenate([u, rate[model.n_q :]])[positions]))
     return symmetries
 
@@ -164,7 +162,7 @@ def monodromy(model: Model, x: Array, period: float, positions: list[tuple[int, 
     columns = []
     for k, size in enumerate(sizes):
         h = STEP * size * np.eye(len(sizes))[k]
-        ends = [state_after_period(model, displaced(model, x, sign * h, positions), period) for sign in (1.0, -1.0)]
+        ends = [state_after_period(model, displaced_by(model, x, sign * h, positions), period) for sign in (1.0, -1.0)]
         end_departures = [departure(model, x, end, positions) for end in ends]
         columns.append((end_departures[0] - end_departures[1]) / (2 * STEP * size))
     return np.column_stack([np.zeros((len(sizes), 0)), *columns])
@@ -186,7 +184,7 @@ def periodic_state(system: System, period: float, state: Array | None = None) ->
             return x
         Phi = monodromy(model, x, period, positions, sizes) / sizes[:, None] * sizes
         step = np.linalg.lstsq(np.eye(len(sizes)) - Phi, gap / sizes, rcond=FREE)[0]
-        x = displaced(model, x, step * sizes, positions)
+        x = displaced_by(model, x, step * sizes, positions)
     raise ValueError(
         f"no motion of the period {period:.9g} s was found near the start; after {TRIES} steps of Newton's method "
         f"{np.abs(gap / sizes).max():.3g} of the usual sizes is left. Begin nearer to it, or check the period"
@@ -200,7 +198,8 @@ def departures(model: Model) -> list[tuple[int, str]]:
     states = [name for name, _ in model.system.state_names()]
     coordinates_and_rates = [(int(k), rates[k].removesuffix("_rate").replace(".omega_", ".turn_")) for k in free]
     coordinates_and_rates += [(n + int(k), rates[k]) for k in free]
-    return coordinates_and_rates + [(2 * n + k, states[k]) for k in effector_states(model.system)]
+    of_effectors = effector_states(model)[0] - model.n_q - n
+    return coordinates_and_rates + [(2 * n + int(k), states[k]) for k in of_effectors]
 
 
 def departure_sizes(model: Model, positions: list[int], period: float) -> Array:
@@ -209,29 +208,17 @@ def departure_sizes(model: Model, positions: list[int], period: float) -> Array:
     return np.concatenate([sizes, sizes / period, model.system.state_sizes()])[positions]
 
 
-def displaced(model: Model, x: Array, by: Array, positions: list[tuple[int, str]]) -> Array:
+def displaced_by(model: Model, x: Array, by: Array, positions: list[tuple[int, str]]) -> Array:
     """The state (n_x,) [SI] with departures (n,) from x."""
-    n, full = model.n_u, np.zeros(2 * model.n_u + model.n_z)
+    full = np.zeros(2 * model.n_u + model.n_z)
     full[[position for position, _ in positions]] = by
-    q, u, z = model.parts(x)
-    return np.concatenate([advanced(model, q, full[:n]), u + full[n : 2 * n], z + full[2 * n :]])
+    return displaced(model, x, *np.split(full, [model.n_u, 2 * model.n_u]))
 
 
 def departure(model: Model, x: Array, y: Array, positions: list[tuple[int, str]]) -> Array:
-    """Departures (n,) [SI] of the state y from x, to first order; angles modulo 2 pi, quaternions of either sign."""
-    n = model.n_u
+    """Departures (n,) [SI] of the state y from x; angles modulo 2 pi, quaternions of either sign."""
     (q, u, z), (p, v, w) = model.parts(x), model.parts(y)
-    change = p - q
-    for start in model.renormalise:
-        four = slice(int(start), int(start) + 4)
-        if p[four] @ q[four] < 0:
-            change[four] = -p[four] - q[four]
-    for k, (name, unit) in enumerate(model.system.coordinate_names()):
-        if unit == "rad" and name:
-            change[k] -= 2 * np.pi * np.round(change[k] / (2 * np.pi))
-    h = 1e-6
-    along = [(advanced(model, q, h * e) - advanced(model, q, -h * e)) / (2 * h) for e in np.eye(n)]
-    increments = np.linalg.lstsq(np.column_stack(along), change, rcond=None)[0] if n else np.zeros(0)
+    increments = increment_between(model, q, p)
     return np.concatenate([increments, v - u, w - z])[[position for position, _ in positions]]
 
 

@@ -7,7 +7,7 @@ from support.effector_builders import cable, with_heavy_cable
 
 from femflex.body import rigid_body
 from femflex.dynamics import compile_system
-from femflex.dynamics.linear.linearised import linearised
+from femflex.dynamics.linear.equations import linearised
 from femflex.integrate import Dop853
 from femflex.system import Environment, Joint, Profile, System, free, weld
 

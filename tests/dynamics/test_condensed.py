@@ -9,7 +9,7 @@ from support.rotating_beams import Rotating
 
 from femflex import fem
 from femflex.dynamics import compile_system
-from femflex.dynamics.linear.linearised import linearised
+from femflex.dynamics.linear.equations import linearised
 from femflex.integrate import integrator
 from femflex.mesh import line
 from femflex.reduction import (

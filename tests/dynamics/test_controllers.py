@@ -101,7 +101,7 @@ def test_observer_and_state_feedback_eigenvalues():
     K, L = np.array([[6.0, 8.0]]), np.array([[7.0], [12.0]])
     law = block("law", observer(A, B, C, K, L), ["angle.coordinate"], {"torque": "N m"})
     model = compile_system(axle(*ANGLE.effectors, law, motor("law.torque")))
-    from femflex.dynamics.linear.linearised import linearised
+    from femflex.dynamics.linear.equations import linearised
 
     x = np.zeros(model.n_x)
     expected = np.concatenate([np.linalg.eigvals(A - B @ K), np.linalg.eigvals(A - L @ C)])

@@ -12,8 +12,8 @@ from support.mechanisms import four_bar
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system
+from femflex.dynamics.linear.equations import linearised
 from femflex.dynamics.linear.equilibrium import equilibrium
-from femflex.dynamics.linear.linearised import linearised
 from femflex.rotations import dcm_from_angles, quaternion_from_dcm
 from femflex.system import (
     Frame,

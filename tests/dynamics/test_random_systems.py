@@ -12,7 +12,9 @@ from scipy.interpolate import CubicSpline
 from support.random_systems import KINDS
 from support.random_table import SYSTEMS, Problem
 
-from femflex.dynamics.linear.linearised import advanced, free_directions, linearised, usual_sizes
+from femflex.dynamics.linear.equations import linearised
+from femflex.dynamics.linear.freedoms import free_directions, usual_sizes
+from femflex.dynamics.linear.increments import advanced
 from femflex.integrate import integrator
 
 TREES = [name for name in SYSTEMS if "loop" not in name and name != "effectors"]

@@ -16,8 +16,8 @@ from femflex import run as run_case
 from femflex.body import Marker
 from femflex.body.rigid import rigid_body
 from femflex.dynamics import compile_system
+from femflex.dynamics.linear.equations import linearised
 from femflex.dynamics.linear.equilibrium import equilibrium
-from femflex.dynamics.linear.linearised import linearised
 from femflex.integrate import Dop853, Esdirk4, IntegrationError
 from femflex.pipeline import rebuilt
 from femflex.system import (

@@ -15,12 +15,11 @@ import femflex
 from femflex.body import rigid_body
 from femflex.case import Case, parse_case, read_case
 from femflex.dynamics import compile_system
-from femflex.dynamics.linear.equilibrium import Equilibrium
+from femflex.dynamics.linear.equilibrium import Equilibrium, rest_equilibrium, rest_system
 from femflex.mesh import Mesh, line, write_mesh
 from femflex.pipeline.case_equilibrium import case_equilibrium, case_modes, resolve_at_rest, write_equilibrium
 from femflex.pipeline.decisions import ResolvedCase, build_system
 from femflex.pipeline.recovery_channels import recovery_channels
-from femflex.pipeline.rest import rest_equilibrium, rest_state, rest_system
 from femflex.results import open_run
 from femflex.system import Environment, Load, Profile, System, prismatic, revolute
 
@@ -186,7 +185,7 @@ def test_state_at_rest_has_no_rates():
     system = pendulum(HOLD, ride=0.3)
     system = replace(system, joints=(system.joints[0], replace(system.joints[1], u0=np.array([7.0]))))
     model = compile_system(system)
-    assert rest_state(rest_equilibrium(system)[0], model) == pytest.approx([0.3, -np.pi / 3, 0.0, 0.0])
+    assert rest_equilibrium(system)[0].state_in(model) == pytest.approx([0.3, -np.pi / 3, 0.0, 0.0])
 
 
 ROLLED = """

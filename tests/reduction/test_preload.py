@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 from scipy.special import hyp2f1, jn_zeros
 
 from femflex.dynamics import compile_system
-from femflex.dynamics.linear.linearised import linearised
+from femflex.dynamics.linear.equations import linearised
 from femflex.fem import Material, Member, PointMass, build_structure
 from femflex.fem.sections import CableSection, Circle
 from femflex.mesh import Mesh, line

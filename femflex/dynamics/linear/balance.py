@@ -6,6 +6,10 @@ With loops all steps go along the directions that keep these closed, and multipl
 A step that bends a slender body by h stretches it by h^2: a force that would stiffen the next step by (L / r)^2 h^2
 times its bending stiffness, so that steps stay shorter than r / L. What is so stiff that the outer forces hardly move
 it is therefore brought to rest again after every step (`relaxed`).
+
+An unstable equilibrium is left down the potential, along the motion that grows. The stiffness K of the forces g
+(symmetric where these have a potential) gives the steps -|K|^-1 g: Newton's where all directions resist, away from
+where the potential is level where one gives way, as a column beyond Euler's load does (`stable_state_below`).
 """
 
 from __future__ import annotations
@@ -16,8 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.linear.closed_motion import least_multipliers
-from femflex.dynamics.linear.increments import advanced
+from femflex.dynamics.linear.freedoms import freedom_names, least_multipliers
 from femflex.dynamics.linear.steady import Steady
 
 Merit = Callable[[Array], float]  # of the forces that are left (n_u,)
@@ -37,6 +40,12 @@ MAX_STEPS, HALVINGS = 30, 12
 STIFF = 1e3  # times the largest outer force: stiffness of what these alone move by no more than 1e-3 of its usual size
 SOFT = 100.0  # times the least stiffness, up to which nothing is: loads that press along have no force where straight
 RELAXATIONS = 8  # of bringing that to rest, each with its stiffness before the step
+FIRST_DESCENT = 0.02  # step off the unstable equilibrium over usual sizes
+LONGEST_DESCENT = 0.1  # of the others: a buckled column is a radian away, and may have other equilibria beyond
+LEVEL = 3e-3  # of the growth that is left: slower growth is none, as round the ring on which a round column may lie
+NEWTON_STEP = 1e-4  # step at which what gives way no more is left to Newton's method
+DESCENTS, DESCENT_HALVINGS = 200, 20
+UPHILL_LIMIT = 0.5  # of the force along a step that its end may have, the other way round
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,8 +88,7 @@ def balance(problem: Steady, q: Array, share: float) -> Balance:
     residual, worst, balanced = np.inf, 0, False
     least = ENERGY_TOLERANCE * max(problem.largest_force(q, share), share * problem.energy_of_spin)
     for k in range(MAX_STEPS):
-        A = problem.constraint_matrix(q)
-        g, lambdas = unbalanced_forces(problem, q, share, A)
+        g, lambdas, A = unbalanced_forces(problem, q, share)
         worst = int(np.argmax(np.abs(g))) if g.size else 0
         size = max(problem.largest_force(q, share), least, float(np.abs(lambdas @ A).max(initial=0.0)))
         K = problem.stiffness(q, share, lambdas)
@@ -105,12 +113,15 @@ def balance(problem: Steady, q: Array, share: float) -> Balance:
     return Balance(q, False, MAX_STEPS, residual, worst, step.neutral, problem.sizes[:, None] * step.directions)
 
 
-def unbalanced_forces(problem: Steady, q: Array, share: float, A: Array) -> tuple[Array, Array]:
-    """Forces (n_u,) that are left at q under a share of the outer ones, and the multipliers (n_rows,) of the loops."""
-    inner, outer = problem.forces(q)
+def unbalanced_forces(problem: Steady, q: Array, share: float) -> tuple[Array, Array, Array]:
+    """Forces (n_u,) that are left at q under a share of the outer ones; the multipliers (n_rows,) of the loops, and A.
+
+    A (n_rows, n_u): their constraint matrix.
+    """
+    A, (inner, outer) = problem.constraint_matrix(q), problem.forces(q)
     g = inner + share * outer
     lambdas = least_multipliers(A, g, problem.slack) if len(A) else np.zeros(0)
-    return g - lambdas @ A, lambdas
+    return g - lambdas @ A, lambdas, A
 
 
 def finely_balanced(problem: Steady, first: Balance) -> Balance:
@@ -122,8 +133,7 @@ def finely_balanced(problem: Steady, first: Balance) -> Balance:
     """
     best = first
     for _ in range(RELAXATIONS if first.neutral else 0):
-        A = problem.constraint_matrix(best.q)
-        g, lambdas = unbalanced_forces(problem, best.q, 1.0, A)
+        g, lambdas, A = unbalanced_forces(problem, best.q, 1.0)
         K = problem.stiffness(best.q, 1.0, lambdas)
         size = max(problem.largest_force(best.q, 1.0), float(np.abs(lambdas @ A).max(initial=0.0)))
         step = newton_step(problem, K, g, size, A, problem.inertia(best.q))
@@ -133,8 +143,7 @@ def finely_balanced(problem: Steady, first: Balance) -> Balance:
         refined = replace(best, neutral=step.neutral, directions=problem.sizes[:, None] * step.directions)
         if longest <= SLOWLY_SETTLED:
             return refined
-        new_q = advanced(problem.full, best.q, step.move * problem.sizes * min(1.0, LONGEST / longest))
-        best = balance(problem, problem.closed(new_q), 1.0)
+        best = balance(problem, problem.moved(best.q, step.move * min(1.0, LONGEST / longest)), 1.0)
         if not best.balanced:
             return first
     return first
@@ -156,7 +165,7 @@ def newton_step(problem: Steady, K: Array, g: Array, size: float, A: Array, iner
     move = R @ amplitudes - E @ (relaxed[:, -1] + relaxed[:, :-1] @ amplitudes)
     if not np.isfinite(move).all():
         raise np.linalg.LinAlgError("the step is not finite")
-    names = [name.removesuffix("_rate") for name, _ in problem.full.system.velocity_names()]
+    names = freedom_names(problem.full.system)
     neutral = tuple(names[int(np.argmax(np.abs(R @ direction)))] for direction in neutrals.T)
     directions = (R - E @ relaxed[:, :-1]) @ neutrals
     stiffest = np.linalg.norm(S @ resisted, 2) if resisted.size else 0.0
@@ -200,11 +209,11 @@ def relaxed(problem: Steady, q: Array, share: float, compliance: Array) -> Array
     """Return the coordinates with the stiff ones brought to rest and all others unchanged."""
     before = np.inf
     for _ in range(RELAXATIONS):
-        move = -compliance @ unbalanced_forces(problem, q, share, problem.constraint_matrix(q))[0]
+        move = -compliance @ unbalanced_forces(problem, q, share)[0]
         size = float(np.linalg.norm(move))
         if not size < before:
             break
-        q, before = problem.closed(advanced(problem.full, q, move * problem.sizes)), size
+        q, before = problem.moved(q, move), size
     return q
 
 
@@ -212,12 +221,11 @@ def _line_search(
     problem: Steady, q: Array, move: Array, share: float, merit: Merit, compliance: Array
 ) -> tuple[Array, bool]:
     """Return the coordinates after a step, shortened until the residual falls by its merit, and whether that helped."""
-    before = merit(unbalanced_forces(problem, q, share, problem.constraint_matrix(q))[0])
+    before = merit(unbalanced_forces(problem, q, share)[0])
     for k in range(HALVINGS):
         factor = 0.5**k
-        trial = problem.closed(advanced(problem.full, q, factor * move * problem.sizes))
-        trial = relaxed(problem, trial, share, compliance)
-        after = merit(unbalanced_forces(problem, trial, share, problem.constraint_matrix(trial))[0])
+        trial = relaxed(problem, problem.moved(q, factor * move), share, compliance)
+        after = merit(unbalanced_forces(problem, trial, share)[0])
         if np.isfinite(after) and after <= before * (1.0 - 1e-4 * factor):
             return trial, True
     return q, False
@@ -226,3 +234,55 @@ def _line_search(
 def _ratio(forces: Array, size: float) -> float:
     largest = float(np.abs(forces).max(initial=0.0))
     return largest / size if size > 0 else (np.inf if largest > 0 else 0.0)
+
+
+def stable_state_below(problem: Steady, q: Array, start: Array) -> Array | None:
+    """Return coordinates (n_q,) near a stable equilibrium below the unstable q; None if none is reached.
+
+    Of the two sides of q that of the coordinates begun from is taken.
+    """
+    g, K, values, V = _resistance(problem, q)
+    direction = V[:, int(np.argmin(values))]
+    direction = direction / np.abs(direction).max()
+    offset = direction @ (problem.shape(start) - problem.shape(q))
+    side = np.sign(offset) if abs(offset) > NEWTON_STEP else np.sign(direction[int(np.argmax(np.abs(direction)))])
+    current, level = _displaced(problem, q, K, FIRST_DESCENT * side * direction), LEVEL**2 * abs(values.min())
+    for _ in range(DESCENTS):
+        g, K, values, V = _resistance(problem, current)
+        size = np.abs(values)
+        significant = size > level
+        move = -V[:, significant] @ ((V[:, significant].T @ g) / size[significant])
+        longest = float(np.abs(move).max(initial=0.0))
+        resists = bool((values[significant] > 0).all())
+        if resists and longest < NEWTON_STEP:
+            return current
+        next_q = _descend(problem, current, g, K, move * min(1.0, LONGEST_DESCENT / max(longest, 1e-300)))
+        if next_q is None:
+            return current if resists else None
+        current = next_q
+    return None
+
+
+def _resistance(problem: Steady, q: Array) -> tuple[Array, Array, Array, Array]:
+    """Forces (n_u,) that are left, and the stiffness (n_u, n_u), its values (m,) and directions (n_u, m)."""
+    g, lambdas, A = unbalanced_forces(problem, q, 1.0)
+    Z = np.hstack(problem.directions(A))
+    K = problem.stiffness(q, 1.0, lambdas)
+    values, V = np.linalg.eigh(Z.T @ (K + K.T) @ Z / 2)
+    return g, K, values, Z @ V
+
+
+def _descend(problem: Steady, q: Array, g: Array, K: Array, move: Array) -> Array | None:
+    """Return the coordinates after a step, shortened until the potential falls along it or hardly rises."""
+    for _ in range(DESCENT_HALVINGS):
+        trial = _displaced(problem, q, K, move)
+        after = unbalanced_forces(problem, trial, 1.0)[0]
+        if after @ move <= UPHILL_LIMIT * abs(g @ move):
+            return trial
+        move = move / 2
+    return None
+
+
+def _displaced(problem: Steady, q: Array, K: Array, move: Array) -> Array:
+    compliance = stiff_compliance(problem, q, 1.0, problem.constraint_matrix(q), K)
+    return relaxed(problem, problem.moved(q, move), 1.0, compliance)

@@ -16,20 +16,16 @@ import numpy as np
 
 from femflex.arrays import Array, BoolArray, ComplexArray
 from femflex.body import FlexibleBody
-from femflex.dynamics.linear.body_motions import BodyMotion
-from femflex.dynamics.linear.linearised import is_prescribed, linear_stiffness
-from femflex.dynamics.linear.rigid_motions import rigid_fields
+from femflex.dynamics.linear.equations import linear_stiffness
+from femflex.dynamics.linear.freedoms import elastic_places, is_prescribed
+from femflex.dynamics.linear.rigid_motions import LIBRATIONS, MOTIONS, TILT, WOBBLE, rigid_fields
 from femflex.dynamics.linear.small_motions import SmallMotions
-from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model
 
 DEFORMATIONS = ("flap", "lag", "stretch", "torsion", "chordwise")
 LAG, STRETCH = DEFORMATIONS.index("lag"), DEFORMATIONS.index("stretch")
 MEMBRANE = {"line": 1, "plate": 3}  # the first strains of a part, which stretch it
-WOBBLE, JOINT = "wobble", "joint"
-LIBRATIONS = ("libration pitch", "libration yaw", "libration roll")  # about x0, y0, z0 of the orbital frame
-RIGID = (WOBBLE, *LIBRATIONS)
-MOTIONS = tuple(f"{kind} {axis}" for kind in ("translation", "rotation") for axis in "xyz")
+JOINT = "joint"
 SLICES = 16
 MAX_POINTS = 400  # points of a body that are looked at
 PARALLEL = 0.9  # cosine between spin axis and body from which on it spins about its own line
@@ -51,13 +47,13 @@ def motion_character(model: Model, motions: SmallMotions, axis: Array | None = N
         name: motions.bodies[name].kinetic(model.system.bodies[name], motions.shapes) for name in model.system.order
     }
     total = np.maximum(np.sum(list(kinetic.values()), axis=0), 1e-300)
-    moving = ~is_prescribed(model)
-    elastic = elastic_coordinates(model)
+    elastic = np.zeros(model.n_u, bool)
+    elastic[elastic_places(model)[1]] = True
     K = linear_stiffness(model)[0] * np.outer(elastic, elastic)
     strain = np.einsum("uk,uv,vk->k", motions.shapes.conj(), K, motions.shapes, optimize=True).real
     strained = strain >= DECISIVE_SHARE * np.abs(motions.eigenvalues) ** 2
     words = _deformation_words(model, motions, axis, strained)
-    _name_joints(motions, words, np.eye(model.n_u)[:, moving & ~elastic], axis, strained)
+    _name_joints(motions, words, np.eye(model.n_u)[:, ~is_prescribed(model) & ~elastic], axis, strained)
     _name_rigid(model, motions, words)
     words = [state or word for state, word in zip(motions.owners, words, strict=True)]
     return MotionCharacter(tuple(words), {name: energy / total for name, energy in kinetic.items()})
@@ -69,7 +65,9 @@ def numbered_names(words: Sequence[str]) -> tuple[str, ...]:
     out = []
     for word in words:
         counts[word] = counts.get(word, 0) + 1
-        unnumbered = words.count(word) == 1 and (word in (*RIGID, *MOTIONS) or "." in word)  # a state has a point
+        unnumbered = words.count(word) == 1 and (
+            word in (WOBBLE, *LIBRATIONS, *MOTIONS) or "." in word
+        )  # a state has a point
         out.append(word if unnumbered else f"{word} {counts[word]}")
     return tuple(out)
 
@@ -81,8 +79,7 @@ def _deformation_words(model: Model, motions: SmallMotions, axis: Array | None, 
     """
     total = np.zeros((motions.shapes.shape[1], len(DEFORMATIONS)))
     for name, body in model.system.bodies.items():
-        points, displacement = moved_points(body, motions.bodies[name])
-        shares = _slice_shares(points, np.einsum("pau,uk->kpa", displacement, motions.shapes), axis)
+        shares = _slice_shares(*motions.bodies[name].points(*points_of(body), motions.shapes), axis)
         bends = ~_stretched(body, motions.bodies[name].shape @ motions.shapes)
         shares[bends, LAG] += shares[bends, STRETCH]
         shares[bends, STRETCH] = 0.0
@@ -121,18 +118,9 @@ def _name_joints(motions: SmallMotions, words: list[str], J: Array, axis: Array 
         words[k] = JOINT
 
 
-def elastic_coordinates(model: Model) -> BoolArray:
-    """(n_u,) which coordinates are amplitudes of shapes."""
-    out = np.zeros(model.n_u, bool)
-    for name, record in zip(model.system.order, body_records(model.table)[1:], strict=True):
-        first = int(record["ue"])
-        out[first : first + model.system.bodies[name].n_modes] = True
-    return out
-
-
 def _name_rigid(model: Model, motions: SmallMotions, words: list[str]) -> None:
     """Name the motion that mostly turns the free spinning craft wobble, and those in orbit librations."""
-    free = any(motion.name.startswith("tilt") for motion in motions.known)
+    free = any(motion.name == TILT for motion in motions.known)
     in_orbit = model.system.frame.kind == "orbital" and model.system.orbit is not None
     fields, exist = rigid_fields(model, motions.bodies, np.eye(3))
     if words and not (free or in_orbit):
@@ -170,15 +158,6 @@ def _share_within(fields: Array, motions: SmallMotions) -> Array:
     projections = fields.T @ motions.M @ motions.shapes
     amplitudes = np.linalg.lstsq(fields.T @ motions.M @ fields, projections, rcond=None)[0]
     return np.asarray(np.einsum("mk,mk->k", projections.conj(), amplitudes).real)
-
-
-def moved_points(body: FlexibleBody, motion: BodyMotion) -> tuple[Array, Array]:
-    """Return points (p, 3) of a body in the base frame, and their motion along the coordinates (p, 3, n_u)."""
-    rest, shapes = points_of(body)
-    arms = (rest + np.einsum("spa,s->pa", shapes, motion.delta)) @ motion.attitude.T
-    per_coordinate = motion.slide + np.cross(motion.turn.T[None], arms[:, None]).swapaxes(1, 2)
-    per_coordinate = per_coordinate + np.einsum("ab,spb,su->pau", motion.attitude, shapes, motion.shape, optimize=True)
-    return motion.position + arms, per_coordinate
 
 
 def points_of(body: FlexibleBody) -> tuple[Array, Array]:

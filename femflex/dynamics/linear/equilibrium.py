@@ -14,13 +14,12 @@ from functools import cached_property
 import numpy as np
 
 from femflex.arrays import Array, ComplexArray
-from femflex.dynamics.linear.balance import BALANCED, Balance, balance, finely_balanced
-from femflex.dynamics.linear.frequency import damped
+from femflex.dynamics.linear.balance import BALANCED, LEVEL, Balance, balance, finely_balanced, stable_state_below
+from femflex.dynamics.linear.freedoms import elastic_places, freedom_names
+from femflex.dynamics.linear.motion_scale import damped
 from femflex.dynamics.linear.small_motions import SmallMotions, small_motions
-from femflex.dynamics.linear.stable_state import LEVEL, stable_state_below
-from femflex.dynamics.linear.states import resting_state
 from femflex.dynamics.linear.steady import Steady, steady
-from femflex.dynamics.lowering.layout import body_records
+from femflex.dynamics.linear.still import frozen_system, without_variation
 from femflex.dynamics.model import Model, compile_system
 from femflex.effectors.constant_commands import with_held_commands
 from femflex.system import Controller, System
@@ -73,7 +72,18 @@ class Equilibrium:
     def motions(self) -> SmallMotions:
         """The small motions about the equilibrium, with damping."""
         model = compile_system(self.moving) if damped(self.moving) else self.model
-        return small_motions(model, resting_state(self.model, self.x, model), self.directions)
+        return small_motions(model, self.state_in(model), self.directions)
+
+    def state_in(self, model: Model) -> Array:
+        """The state (n_x,) [SI] of another model of the craft at rest there; states missing here start as there."""
+        values = dict(
+            zip([name for name, _ in self.model.system.state_names()], self.model.parts(self.x)[2], strict=True)
+        )
+        x = model.at_rest(self.q)
+        z = model.parts(x)[2]
+        for k, (name, _) in enumerate(model.system.state_names()):
+            z[k] = values.get(name, z[k])
+        return x
 
     @property
     def eigenvalues(self) -> ComplexArray:
@@ -185,6 +195,38 @@ def _with_followers(system: System, at: float | None, stable: bool) -> Equilibri
     )
 
 
+def rest_equilibrium(system: System, at: float | None = None) -> tuple[Equilibrium, tuple[str, ...]]:
+    """The equilibrium nearest to the initial coordinates, and the names of loads and motions that do not act in it.
+
+    at: time [s] at which loads and prescribed motions are taken. Left out, loads given over time do not act, prescribed
+    motions stay at their initial values, and where there is no equilibrium under the constant loads, as of a free craft
+    that is pushed, these do not act either. Raises as `equilibrium`.
+    """
+    if at is not None:
+        return equilibrium(system, at), ()
+    constant, left_out = without_variation(system)
+    try:
+        return equilibrium(constant), left_out
+    except EquilibriumError:
+        if not constant.loads:
+            raise
+    unloaded = tuple(f"load {load.name!r} (no equilibrium under it)" for load in constant.loads)
+    return equilibrium(replace(constant, loads=())), left_out + unloaded
+
+
+def rest_system(system: System, at: float | None, about: Equilibrium) -> System:
+    """The system under the loads of the equilibrium; loads that do not act there are zero, rotors keep their motors."""
+    if at is not None:
+        return frozen_system(system, at)
+    return frozen_system(with_loads_of(without_variation(system)[0], system, about))
+
+
+def with_loads_of(still: System, system: System, about: Equilibrium) -> System:
+    """The system `still` with the loads of the equilibrium, the other loads of the system at zero."""
+    loads = {load.name: load for load in about.moving.loads}
+    return replace(still, loads=tuple(loads.get(load.name, load.steady()) for load in system.loads))
+
+
 def _by_continuation(problem: Steady, start: Array) -> Equilibrium:
     """Return the solution of Newton's method from the initial coordinates, or else along growing outer forces."""
     q, share, step, count = start, 0.0, 1.0, 0
@@ -214,7 +256,8 @@ def _by_continuation(problem: Steady, start: Array) -> Equilibrium:
             if step < LEAST:
                 raise _failed(problem, q, share, count, trial)
         first = False
-    return _as_equilibrium(problem, finely_balanced(problem, trial), count)
+    result = finely_balanced(problem, trial)
+    return _as_equilibrium(problem, result, result.q, 1.0, count)
 
 
 def _balance_with_preload(problem: Steady, q: Array) -> Balance | None:
@@ -223,8 +266,7 @@ def _balance_with_preload(problem: Steady, q: Array) -> Balance | None:
     if not any(body.strain.f0.any() for body in model.system.bodies.values()):
         return None
     start = q.copy()
-    for record in body_records(model.table)[1:]:
-        start[int(record["qe"]) : int(record["qe"]) + int(record["n"])] = 0.0
+    start[elastic_places(model)[0]] = 0.0
     trial = balance(problem, start, 1.0)
     return trial if trial.balanced else None
 
@@ -234,7 +276,8 @@ def _stable_equilibrium_from(problem: Steady, unstable: Equilibrium, start: Arra
     q = stable_state_below(problem, unstable.q, start)
     trial = None if q is None else balance(problem, q, 1.0)
     if trial is not None and trial.residual <= BALANCED:  # it may go on along a ring of equilibria, hardly resisted
-        settled = _as_equilibrium(problem, trial, unstable.iterations + trial.iterations, unstable)
+        count = unstable.iterations + trial.iterations
+        settled = replace(_as_equilibrium(problem, trial, trial.q, 1.0, count), left=unstable)
         if settled.stable:
             return settled
     raise EquilibriumError(
@@ -244,35 +287,25 @@ def _stable_equilibrium_from(problem: Steady, unstable: Equilibrium, start: Arra
     )
 
 
-def _as_equilibrium(problem: Steady, result: Balance, count: int, left: Equilibrium | None = None) -> Equilibrium:
-    model = problem.full
-    x = problem.at_rest(result.q)
+def _as_equilibrium(problem: Steady, result: Balance, q: Array, share: float, count: int) -> Equilibrium:
+    """The state at rest at q (n_q,) under a share of the outer forces, after `count` iterations."""
     return Equilibrium(
-        model=model,
-        x=x,
-        share=1.0,
+        model=problem.full,
+        x=problem.at_rest(q),
+        share=share,
         residual=result.residual,
         iterations=count,
         neutral=result.neutral,
         directions=result.directions,
         moving=problem.damped,
-        left=left,
     )
 
 
 def _failed(problem: Steady, q: Array, share: float, count: int, trial: Balance) -> EquilibriumError:
-    names = [name.removesuffix("_rate") for name, _ in problem.full.system.velocity_names()]
+    """The error after a trial that did not balance; q (n_q,) balances a share of the outer forces."""
+    last = _as_equilibrium(problem, trial, q, share, count)
+    names = freedom_names(problem.full.system)
     where = names[trial.worst] if names else "nothing"
-    last = Equilibrium(
-        model=problem.full,
-        x=problem.at_rest(q),
-        share=share,
-        residual=trial.residual,
-        iterations=count,
-        neutral=trial.neutral,
-        directions=trial.directions,
-        moving=problem.damped,
-    )
     if not np.isfinite(trial.residual):
         text = (
             "no equilibrium was found: at rest the stiffness is singular, as of a cable without tension. Give its "

@@ -8,8 +8,8 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
-from femflex.dynamics.linear.body_motions import BodyMotion
-from femflex.dynamics.linear.rest_modes import RestModes
+from femflex.dynamics.linear.elastic_motion import RestModes
+from femflex.dynamics.linear.rigid_motions import BodyMotion
 from femflex.system import System
 from femflex.system.connections import tie_markers
 

@@ -1,8 +1,8 @@
-"""Motions of a craft that its equations do not resist: of a free craft as a whole, and of free joints.
+"""Motion of every body with the coordinates, and the motions of a craft that its equations do not resist.
 
-A free craft may be anywhere, drift anywhere, be turned any way and spin a little faster. Seen in a frame that spins at
-Omega these known solutions of the linear equations are, for a displacement t and a rotation theta (both constant in
-inertial axes, the displacement also linear in time),
+These are those of a free craft as a whole, and of free joints. A free craft may be anywhere, drift anywhere, be turned
+any way and spin a little faster. Seen in a frame that spins at Omega these known solutions of the linear equations are,
+for a displacement t and a rotation theta (both constant in inertial axes, the displacement also linear in time),
 
     dxi = T t + P theta,    t' = -Omega x t,    theta' = -Omega x theta,
 
@@ -14,20 +14,95 @@ numerically they would split by the root of the rounding and look like slow grow
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from femflex.arrays import Array, BoolArray, ComplexArray
-from femflex.dynamics.linear.body_motions import BodyMotion
-from femflex.dynamics.linear.linearised import is_prescribed
+from femflex.body import FlexibleBody
+from femflex.dynamics.linear.freedoms import freedom_names, is_prescribed, usual_sizes
+from femflex.dynamics.linear.increments import advanced
+from femflex.dynamics.linear.states import STEP
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model
+from femflex.dynamics.reports.marker_motion import base_attitude
+from femflex.rotations import dcm_from_quaternion, vector_from_dcm
 
-FIELD_TOLERANCE = (
-    1e-6  # misfit, relative, up to which a field is one of rigid motion, or a solution of the linear equations
-)
+MOTIONS = tuple(f"{kind} {axis}" for kind in ("translation", "rotation") for axis in "xyz")  # of a frame at rest
+ALONG, SPIN = "translation along the spin axis", "spin"
+ACROSS, TILT = "translation across the spin axis", "tilt of the spin axis"
+WOBBLE = "wobble"  # of a free spin, seen from inertial space: nutation
+LIBRATIONS = ("libration pitch", "libration yaw", "libration roll")  # about x0, y0, z0 of the orbital frame
+FIELD_TOLERANCE = 1e-6  # relative misfit up to which a field is a rigid motion, or solves the linear equations
 SPAN_TOLERANCE = 1e-3  # part of a neutral direction outside of those known before that makes it one more
+
+
+@dataclass(frozen=True, eq=False)
+class BodyMotion:
+    """A body in a state, and its motion along m increments; components in the base frame F.
+
+    position (3,)       of its frame's origin [m];            slide (3, m) its displacement
+    attitude (3, 3)     C_FB;                                 turn (3, m) its rotation vector
+    delta    (n_shapes,) amplitudes of its shapes;            shape (n_shapes, m) their increments
+    """
+
+    position: Array
+    attitude: Array
+    delta: Array
+    slide: Array
+    turn: Array
+    shape: Array
+
+    def components(self, motion: ComplexArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """slide, turn and shape (., k) of motions (m, k), which may be complex."""
+        return self.slide @ motion, self.turn @ motion, self.shape @ motion
+
+    def points(self, rest: Array, shapes: Array, motion: ComplexArray) -> tuple[Array, ComplexArray]:
+        """Points (p, 3) of the body in F, and their displacements (k, p, 3) in motions (m, k).
+
+        rest (p, 3) in the axes of the body; shapes (n_shapes, p, 3) their motion by its shapes
+        """
+        arms = (rest + np.einsum("spa,s->pa", shapes, self.delta)) @ self.attitude.T
+        slide, turn, amplitudes = self.components(motion)
+        elastic = np.einsum("spa,sk->kpa", shapes, amplitudes, optimize=True) @ self.attitude.T
+        return self.position + arms, slide.T[:, None] + np.cross(turn.T[:, None], arms) + elastic
+
+    def in_motions(self, motion: Array) -> BodyMotion:
+        """The body along other increments, the columns of motion (m, k)."""
+        return replace(self, slide=self.slide @ motion, turn=self.turn @ motion, shape=self.shape @ motion)
+
+    def kinetic(self, body: FlexibleBody, motion: ComplexArray) -> Array:
+        """Twice the kinetic energy (k,) of a body whose velocities are the motions (m, k), from its mass moments."""
+        v, omega, rates = self.components(motion)
+        v, omega = self.attitude.T @ v, self.attitude.T @ omega
+        y = np.concatenate([[1.0], self.delta])
+        W = np.zeros((v.shape[1], 3, 3), complex)  # omega x r = W r
+        for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+            W[:, a, b], W[:, b, a] = -omega[c], omega[c]
+        X = np.einsum("kab,A->kaAb", W, y)
+        X[:, :, 1:, :] += np.einsum("ab,Ak->kaAb", np.eye(3), rates)
+        moments = body.moments
+        linear = np.einsum("ak,kaAb,Ab->k", v.conj(), X, moments.first, optimize=True)
+        square = np.einsum("kaAb,AbBc,kaBc->k", X.conj(), moments.second, X, optimize=True)
+        return np.asarray((moments.mass * np.sum(np.abs(v) ** 2, axis=0) + 2 * linear + square).real)
+
+
+def body_motions(model: Model, x: Array) -> dict[str, BodyMotion]:
+    """The motion of every body along each quasi-velocity (m = n_u) from the state of rest x (n_x,)."""
+    q, sizes = x[: model.n_q], usual_sizes(model) * STEP
+    steps = np.eye(model.n_u) * sizes
+    rows = [q, *(advanced(model, q, s) for s in steps), *(advanced(model, q, -s) for s in steps)]
+    states = np.array([model.at_rest(row) for row in rows])
+    channels = model.observation(np.zeros(len(states)), states)
+    C_FN, n = base_attitude(model.system, np.zeros(1), channels)[0].T, model.n_u
+    out = {}
+    for name in model.system.order:
+        C = C_FN @ dcm_from_quaternion(channels[f"bodies/{name}/attitude"])
+        position, delta = channels[f"bodies/{name}/position"] @ C_FN.T, channels[f"bodies/{name}/delta"]
+        turn = vector_from_dcm(C[1 : n + 1] @ np.swapaxes(C[n + 1 :], 1, 2)) / (2 * sizes[:, None])
+        slide, shape = ((part[1 : n + 1] - part[n + 1 :]) / (2 * sizes[:, None]) for part in (position, delta))
+        out[name] = BodyMotion(position[0], C[0], delta[0], slide.T, turn.T, shape.T)
+    return out
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,50 +165,41 @@ def rigid_fields(model: Model, bodies: Mapping[str, BodyMotion], triad: Array) -
 
 
 def known_motions(
-    model: Model, bodies: Mapping[str, BodyMotion], equations: tuple[Array, Array, Array], neutral: Array, sizes: Array
+    model: Model, bodies: Mapping[str, BodyMotion], equations: tuple[Array, Array, Array], neutral: Array
 ) -> KnownMotions:
     """The known motions about an equilibrium.
 
     equations: M, D, K (n_u, n_u). neutral (n_u, k): directions that no force resists, as the search for the equilibrium
-    left them; sizes (n_u,): usual sizes of the coordinates.
+    left them.
     """
-    frame = model.system.frame
+    frame, sizes = model.system.frame, usual_sizes(model)
     rate = frame.rate if frame.kind == "spinning" else np.zeros(3)
     speed = float(np.linalg.norm(rate))
-    triad = _triad(rate / speed) if speed else np.eye(3)
-    fields, exist_all = rigid_fields(model, bodies, triad)
-    T, P = fields[:, :3], fields[:, 3:]
-    names = ("along the spin axis",) if speed else ("x", "y", "z")
-    motions: list[KnownMotion] = []
-    rigid: list[Array] = []
-    for kind, X, exist in (("translation", T, exist_all[:3]), ("rotation", P, exist_all[3:])):
-        for field, exists, axis_name in zip(X.T, exist, names, strict=False):
-            name = f"{kind} {axis_name}"
-            if exists and (
-                _is_in_span(field, neutral, sizes) or (speed and _has_no_stiffness(field, equations, speed, sizes))
-            ):
-                name = "spin" if speed and kind == "rotation" else name
-                motions.append(KnownMotion(name, 0j, True, field.astype(complex)))
-                rigid.append(field)
+    fields, exist = rigid_fields(model, bodies, _triad(rate / speed) if speed else np.eye(3))
+    motions = [
+        KnownMotion(name, 0j, True, fields[:, k].astype(complex))
+        for k, name in (((0, ALONG), (3, SPIN)) if speed else enumerate(MOTIONS))
+        if exist[k]
+        and (
+            _is_in_span(fields[:, k], neutral, sizes)
+            or (speed and _has_no_stiffness(fields[:, k], equations, speed, sizes))
+        )
+    ]
+    rigid = np.array([motion.shape.real for motion in motions]).reshape(-1, model.n_u).T
     moving, turning = np.zeros((model.n_u, 0)), np.zeros((model.n_u, 0))
     J = speed * np.array([[0.0, -1.0], [1.0, 0.0]])  # Omega x, over both axes across the spin
-    if speed and exist_all[1:3].all() and _solves_as_translation(T[:, 1:], equations, J, sizes):
-        moving = T[:, 1:]
-        across = "translation across the spin axis"
-        motions += [KnownMotion(across, 1j * speed, True, moving[:, k].astype(complex)) for k in range(2)]
-    if speed and exist_all[4:].all() and _solves_as_rotation(P[:, 1:], equations, J, sizes):
-        turning = P[:, 1:]
-        motions.append(KnownMotion("tilt of the spin axis", 1j * speed, False, turning @ np.array([1.0, 1j])))
-    if len(others := _outside_rigid_motions(neutral, np.array(rigid).reshape(len(rigid), model.n_u).T, sizes).T):
-        motions += [
-            KnownMotion(_joint_name(model, direction, sizes), 0j, True, direction.astype(complex))
-            for direction in others
-        ]
-        rigid += list(others)
-    return KnownMotions(
-        tuple(motions), moving, turning, -turning @ J if turning.size else turning,
-        np.array(rigid).reshape(len(rigid), model.n_u).T,
-    )  # fmt: skip
+    if speed and exist[1:3].all() and _solves_as_translation(fields[:, 1:3], equations, J, sizes):
+        moving = fields[:, 1:3]
+        motions += [KnownMotion(ACROSS, 1j * speed, True, moving[:, k].astype(complex)) for k in range(2)]
+    if speed and exist[4:].all() and _solves_as_rotation(fields[:, 4:], equations, J, sizes):
+        turning = fields[:, 4:]
+        motions.append(KnownMotion(TILT, 1j * speed, False, turning @ np.array([1.0, 1j])))
+    others, names = _outside_rigid_motions(neutral, rigid, sizes), freedom_names(model.system)
+    for direction in others.T:  # named by the coordinate that it moves most
+        name = names[int(np.argmax(np.abs(direction / sizes)))]
+        motions.append(KnownMotion(name, 0j, True, direction.astype(complex)))
+    turning_rate = -turning @ J if turning.size else turning
+    return KnownMotions(tuple(motions), moving, turning, turning_rate, np.hstack([rigid, others]))
 
 
 def _triad(axis: Array) -> Array:
@@ -190,9 +256,3 @@ def _outside_rigid_motions(neutral: Array, rigid: Array, sizes: Array) -> Array:
         scaled = scaled - basis @ (basis.T @ scaled)
     U, sigma, _ = np.linalg.svd(scaled, full_matrices=False)
     return np.asarray(U[:, sigma > SPAN_TOLERANCE] * sizes[:, None])
-
-
-def _joint_name(model: Model, direction: Array, sizes: Array) -> str:
-    """The coordinate that a direction moves most."""
-    names = [name.removesuffix("_rate") for name, _ in model.system.velocity_names()]
-    return names[int(np.argmax(np.abs(direction / sizes)))]

@@ -18,9 +18,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from femflex.arrays import Array, BoolArray, ComplexArray, IntArray
-from femflex.dynamics.linear.body_motions import BodyMotion, body_motions
-from femflex.dynamics.linear.linearised import frame_rate, free_directions, linearised, usual_sizes
-from femflex.dynamics.linear.rigid_motions import KnownMotion, KnownMotions, known_motions
+from femflex.dynamics.linear.equations import linearised
+from femflex.dynamics.linear.freedoms import frame_rate
+from femflex.dynamics.linear.rigid_motions import BodyMotion, KnownMotion, KnownMotions, body_motions, known_motions
 from femflex.dynamics.linear.states import StateEquations, effector_states
 from femflex.dynamics.model import Model
 
@@ -119,13 +119,11 @@ def small_motions(model: Model, x: Array, neutral: Array) -> SmallMotions:
 
     Raises ValueError for nonholonomic constraints.
     """
-    linear, (free, Z) = linearised(model, 0.0, x), free_directions(model, 0.0, x)
-    bodies, sizes = body_motions(model, x), usual_sizes(model)
+    linear, bodies = linearised(model, 0.0, x), body_motions(model, x)
+    free, Z = linear.free, linear.Z
     M, D, K = (_expanded(A, free, model.n_u) for A in (linear.M, linear.D, linear.K))
-    known = known_motions(model, bodies, (M, D, K), Z @ neutral[free], sizes)
-    modal = _Modal.from_matrices(
-        linear.M, linear.D, linear.K, linear.states, model.system.state_sizes()[effector_states(model.system)]
-    )
+    known = known_motions(model, bodies, (M, D, K), Z @ neutral[free])
+    modal = _Modal.from_matrices(linear.M, linear.D, linear.K, linear.states, effector_states(model)[1])
     R, motions = modal.known_states(known, free), known.motions
     if linear.states.names:
         R, motions = known_with_states(modal, R, motions, free, Z)

@@ -12,17 +12,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from femflex.arrays import Array
-from femflex.dynamics.linear.increments import advanced
-from femflex.dynamics.linear.local_derivative import local_derivative, on_line
-from femflex.system import Effector, System
+from femflex.arrays import Array, IntArray
+from femflex.dynamics.linear.freedoms import usual_sizes
+from femflex.dynamics.linear.increments import displaced, jacobian
+from femflex.system import Effector
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
-STEP = 1e-4  # of a state's size, and the first of some that fall: error of central differences 1e-8 at first
-PLACE = 1e-5  # of a coordinate's size or of the fastest rate, likewise
-NARROW = 5  # steps, the last 1e-8 of the first
+STEP = 1e-5  # of a coordinate's usual size: error of central differences h^2 ~ 1e-10, rounding eps / h ~ 1e-11
+STATE_STEP = 1e-4  # of a state's size: error of central differences 1e-8 at first
+NARROW = 5  # steps, the last 1e-8 of the first: laws of 1e-9 of a coordinate's size have their own stiffness
 MAX_STEPS = 30  # of Newton's method
 SETTLED = 1e-11  # last step over the states' sizes
 AT_REST = 1e-6  # of a state's size in the time that it takes to settle: what it may still change by
@@ -55,15 +55,13 @@ class StateEquations:
         return np.asarray(-self.R @ np.linalg.lstsq(self.F_z, self.F_x, rcond=SINGULAR)[0])
 
 
-def effector_states(system: System) -> list[int]:
-    """Places in z of the states of effectors."""
+def effector_states(model: Model) -> tuple[IntArray, Array]:
+    """Places in x (m,) of the states of effectors, and their sizes (m,)."""
+    system = model.system
     names = [name for name, _ in system.state_names()]
-    return [
-        names.index(name)
-        for effector in system.effectors
-        if isinstance(effector, Effector)
-        for name, _ in effector.state_names()
-    ]
+    of_effectors = (effector for effector in system.effectors if isinstance(effector, Effector))
+    places = [names.index(name) for effector in of_effectors for name, _ in effector.state_names()]
+    return model.n_q + model.n_u + np.array(places, int), system.state_sizes()[places]
 
 
 def settled_states(model: Model, x: Array) -> Array:
@@ -71,86 +69,69 @@ def settled_states(model: Model, x: Array) -> Array:
 
     Raises ValueError for a state that goes on changing.
     """
-    states = effector_states(model.system)
-    if not states:
+    places, sizes = effector_states(model)
+    if not places.size:
         return x
-    x, positions = x.copy(), model.n_q + model.n_u + np.array(states)
-    sizes = model.system.state_sizes()[states]
+    x = x.copy()
     for _ in range(MAX_STEPS):
-        rates = model.state_rate(0.0, x)[positions] / sizes
-        F = state_jacobian(model, 0.0, x, states, sizes) * sizes / sizes[:, None]
-        rates_scale = np.where(
-            F.any(axis=1), np.abs(F).max(axis=1), 1.0
-        )  # 1/s: a slow state settles as well as a fast one
-        step = np.linalg.lstsq(F / rates_scale[:, None], -rates / rates_scale, rcond=SINGULAR)[0]
-        x[positions] += step * sizes
-        if np.abs(step).max() <= SETTLED * max(1.0, np.abs(x[positions] / sizes).max()):
+        rates = model.state_rate(0.0, x)[places] / sizes
+        F = state_jacobian(model, 0.0, x) * sizes / sizes[:, None]
+        scale = np.where(F.any(axis=1), np.abs(F).max(axis=1), 1.0)  # 1/s: a slow state settles as well as a fast one
+        step = np.linalg.lstsq(F / scale[:, None], -rates / scale, rcond=SINGULAR)[0]
+        x[places] += step * sizes
+        if np.abs(step).max() <= SETTLED * max(1.0, np.abs(x[places] / sizes).max()):
             break
-    drift = np.abs(model.state_rate(0.0, x)[positions]) / sizes
-    if not (drift / rates_scale).max() < AT_REST:
-        worst = int(np.argmax(drift / rates_scale))
-        name = model.system.state_names()[states[worst]][0]
+    drift = np.abs(model.state_rate(0.0, x)[places]) / sizes
+    if not (drift / scale).max() < AT_REST:
+        worst = int(np.argmax(drift / scale))
         raise ValueError(
-            f"the state {name!r} keeps changing at rest, by {drift[worst]:.3g} of its size per second; an equilibrium "
-            "needs states that settle. Remove its effector, or start at its zero"
+            f"the state {model.system.all_state_names()[places[worst]][0]!r} keeps changing at rest, by "
+            f"{drift[worst]:.3g} of its size per second; an equilibrium needs states that settle. Remove its effector, "
+            "or start at its zero"
         )
     return x
 
 
-def resting_state(model: Model, x: Array, target: Model) -> Array:
-    """Return the state (n_x,) [SI] of a model at rest as another one is in x; states missing there start as given.
-
-    The two are of one craft, with other effectors.
-    """
-    values = dict(zip([name for name, _ in model.system.state_names()], model.parts(x)[2], strict=True))
-    out = target.at_rest(x[: model.n_q])
-    for k, (name, _) in enumerate(target.system.state_names()):
-        out[target.n_q + target.n_u + k] = values.get(name, out[target.n_q + target.n_u + k])
-    return out
+def with_states(x: Array, places: IntArray, dz: Array) -> Array:
+    """The state x (n_x,) with dz (m,) added at these places."""
+    y = x.copy()
+    y[places] += dz
+    return y
 
 
-def state_jacobian(model: Model, t: float, x: Array, states: list[int], sizes: Array) -> Array:
-    """F_z (m, m): derivative of the rates of states by the states themselves at a time [s]."""
-    positions = model.n_q + model.n_u + np.array(states, int)
+def state_jacobian(model: Model, t: float, x: Array) -> Array:
+    """F_z (m, m): derivative of the rates of the states of effectors by the states themselves at a time [s]."""
+    places, sizes = effector_states(model)
 
-    def rates(dx: Array) -> Array:
-        return np.asarray(model.state_rate(t, x + dx)[positions])
+    def rates(dz: Array) -> Array:
+        return np.asarray(model.state_rate(t, with_states(x, places, dz))[places])
 
-    units = np.eye(model.n_x)[positions]
-    columns = [
-        local_derivative(on_line(rates, e), STEP * size, steps=NARROW) for e, size in zip(units, sizes, strict=True)
-    ]
-    return np.column_stack(columns) if columns else np.zeros((0, 0))
+    return jacobian(rates, STATE_STEP * sizes, steps=NARROW)
 
 
-def state_equations(model: Model, t: float, x: Array, udot: Array, motion_sizes: Array) -> StateEquations:
-    """The equations of the states of effectors about x (n_x,) at t with accelerations udot (n_u,).
+def state_equations(model: Model, t: float, x: Array, udot: Array) -> StateEquations:
+    """The equations of the states of effectors about x (n_x,) at t with accelerations udot (n_u,)."""
+    places, sizes = effector_states(model)
+    if not places.size:
+        return StateEquations.empty(model.n_u)
+    names = model.system.all_state_names()
+    fastest = max(1.0, float(np.abs(model.parts(x)[1]).max(initial=0.0)))
+    F_z = state_jacobian(model, t, x)
+    forces, rates = np.abs(model.residual(t, x, udot)), np.abs(F_z) @ np.abs(x[places])
 
-    far: size (n_u,) of a large motion of each coordinate
-    """
-    states, n = effector_states(model.system), model.n_u
-    names = tuple(model.system.state_names()[k][0] for k in states)
-    if not states:
-        return StateEquations.empty(n)
-    q, u, z = model.parts(x)
-    sizes, positions = model.system.state_sizes()[states], model.n_q + n + np.array(states, int)
-    fastest = max(1.0, float(np.abs(u).max(initial=0.0)))
-    F_z = state_jacobian(model, t, x, states, sizes)
-    forces, rates = np.abs(model.residual(t, x, udot)), np.abs(F_z) @ np.abs(x[positions])
+    def force(dz: Array) -> Array:
+        return model.residual(t, with_states(x, places, dz), udot)
 
-    def force(dx: Array) -> Array:
-        return model.residual(t, x + dx, udot)
-
-    def rates_at_coordinates(xi: Array) -> Array:
-        return np.asarray(model.state_rate(t, np.concatenate([advanced(model, q, xi), u, z]))[positions])
+    def rates_at_coordinates(dxi: Array) -> Array:
+        return np.asarray(model.state_rate(t, displaced(model, x, dxi))[places])
 
     def rates_at_velocities(du: Array) -> Array:
-        return np.asarray(model.state_rate(t, np.concatenate([q, u + du, z]))[positions])
+        return np.asarray(model.state_rate(t, displaced(model, x, du=du))[places])
 
-    R, F_x, F_u = np.empty((n, len(states))), np.empty((len(states), n)), np.empty((len(states), n))
-    for j, (position, size) in enumerate(zip(positions, sizes, strict=True)):
-        R[:, j] = local_derivative(on_line(force, np.eye(model.n_x)[position]), STEP * size, forces, NARROW)
-    for k, e in enumerate(np.eye(n)):
-        F_x[:, k] = local_derivative(on_line(rates_at_coordinates, e), PLACE * motion_sizes[k], rates, NARROW)
-        F_u[:, k] = local_derivative(on_line(rates_at_velocities, e), PLACE * fastest, rates)
-    return StateEquations(R, F_x, F_u, F_z, names)
+    return StateEquations(
+        R=jacobian(force, STATE_STEP * sizes, forces, NARROW),
+        F_x=jacobian(rates_at_coordinates, STEP * usual_sizes(model), rates, NARROW),
+        F_u=jacobian(rates_at_velocities, np.full(model.n_u, STEP * fastest), rates),
+        F_z=F_z,
+        names=tuple(names[k][0] for k in places),
+    )

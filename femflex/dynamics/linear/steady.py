@@ -8,17 +8,18 @@ from functools import cached_property
 import numpy as np
 
 from femflex.arrays import Array, BoolArray, IntArray
-from femflex.dynamics.linear.closed_motion import closing_directions, slack_of_loops
-from femflex.dynamics.linear.coasting import controlled_rotors, with_coasting_rotors
-from femflex.dynamics.linear.frozen import frozen_system, without_damping
-from femflex.dynamics.linear.linearised import (
+from femflex.dynamics.linear.equations import linear_stiffness, stiffness
+from femflex.dynamics.linear.freedoms import (
+    closing_directions,
+    elastic_places,
     frame_rate,
     is_prescribed,
-    linear_stiffness,
-    stiffness,
+    slack_of_loops,
     usual_sizes,
 )
-from femflex.dynamics.linear.states import effector_states, settled_states, state_equations
+from femflex.dynamics.linear.increments import advanced
+from femflex.dynamics.linear.states import settled_states, state_equations
+from femflex.dynamics.linear.still import controlled_rotors, frozen_system, with_coasting_rotors, without_damping
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model, compile_system
 from femflex.system import Effector, Environment, Frame, System
@@ -99,8 +100,8 @@ class Steady:
         """
         x, no_acceleration = self.at_rest(q), np.zeros(self.full.n_u)
         K = share * stiffness(self.full, 0.0, x, no_acceleration, lambdas)
-        if effector_states(self.full.system):
-            states = state_equations(self.full, 0.0, x, no_acceleration, self.sizes)
+        states = state_equations(self.full, 0.0, x, no_acceleration)
+        if states.names:
             K += share * states.settled_stiffness()
         if share < 1.0:
             K += (1.0 - share) * stiffness(self.inner, 0.0, x, no_acceleration, lambdas)
@@ -128,8 +129,9 @@ class Steady:
         stiff = values > SLACK * values.max(initial=0.0)
         return Z @ V[:, stiff], Z @ V[:, ~stiff]
 
-    def closed(self, q: Array) -> Array:
-        """The coordinates with their loops closed again, by the shortest way."""
+    def moved(self, q: Array, move: Array) -> Array:
+        """The coordinates after a move (n_u,) in usual sizes, their loops closed again by the shortest way."""
+        q = advanced(self.full, q, move * self.sizes)
         if self.full.constraints is None:
             return q
         x = self.full.at_rest(q)
@@ -153,27 +155,20 @@ def steady(system: System, at: float | None = None) -> Steady:
     moving = frozen_system(with_coasting_rotors(system, driven), at) if driven else frozen
     undamped = without_damping(frozen)
     full = compile_system(undamped)
-    filled = {
-        name: variation for name, variation in undamped.varying.items() if not variation.states
-    }  # tanks keep their mass here
+    # tanks keep their mass here
+    filled = {name: variation for name, variation in undamped.varying.items() if not variation.states}
     inner = compile_system(
         replace(
-            undamped,
-            loads=(),
-            orbit=None,
-            frame=Frame(),
-            environment=Environment(),
-            effectors=(),
-            z0={},
+            undamped, loads=(), orbit=None, frame=Frame(), environment=Environment(), effectors=(), z0={},
             varying=filled,
         )
-    )
-    elastic, prescribed = np.zeros(full.n_u, bool), is_prescribed(full)
+    )  # fmt: skip
+    elastic = np.zeros(full.n_u, bool)
+    elastic[elastic_places(full)[1]] = True
     for name, record in zip(system.order, body_records(full.table)[1:], strict=True):
         joint = system.joint_of(name)
         elastic[int(record["u"]) : int(record["u"]) + joint.n_u] = joint.stiffness > 0
-        elastic[int(record["ue"]) : int(record["ue"]) + system.bodies[name].n_modes] = True
-    problem = Steady(moving, full, inner, usual_sizes(full), elastic, prescribed)
+    problem = Steady(moving, full, inner, usual_sizes(full), elastic, is_prescribed(full))
     _check_constant(problem)
     return problem
 

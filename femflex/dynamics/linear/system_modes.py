@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from femflex.arrays import Array, BoolArray, ComplexArray, IntArray
 from femflex.body import FlexibleBody, Skin
-from femflex.dynamics.linear.body_motions import BodyMotion
 from femflex.dynamics.linear.character import motion_character, numbered_names
-from femflex.dynamics.linear.equilibrium import Equilibrium, EquilibriumError, equilibrium
+from femflex.dynamics.linear.equilibrium import Equilibrium, rest_equilibrium
+from femflex.dynamics.linear.rigid_motions import BodyMotion
 from femflex.effectors.constant_commands import stands_for_controller, with_held_commands
 from femflex.summary import Rows, Summarised
-from femflex.system import Effector, Joint, Profile, System
-from femflex.system.fixed_length import moving_lengths, with_fixed_lengths
+from femflex.system import Effector, System
 
 SAME = 1e-9  # damping ratio that is rounding of the eigenvalues
 
@@ -122,41 +121,11 @@ class SystemModes(Summarised):
 def system_modes(system: System, at: float | None = None) -> SystemModes:
     """The modes of a system about the equilibrium nearest to its initial coordinates, with damping.
 
-    at: time [s] at which loads and prescribed motions are taken. Left out, loads given as tables over time do not act,
-    and prescribed motions stay at their initial values; where no equilibrium is found under the loads that remain, as
-    of a free craft that is pushed, these do not act either. Sampled controllers hold their commands as they are before
-    the first sample, and what follows the motion is that of the equilibrium. Raises as `equilibrium`.
+    at: time [s] at which loads and prescribed motions are taken, as in `rest_equilibrium`. Sampled controllers hold
+    their commands as they are before the first sample, and what follows the motion is that of the equilibrium. Raises
+    as `equilibrium`.
     """
-    system = with_held_commands(system, followers=False)
-    if at is not None:
-        return modes_about(equilibrium(system, at))
-    steady_system, left_out = without_variation(system)
-    try:
-        return modes_about(equilibrium(steady_system), left_out)
-    except EquilibriumError:
-        if not steady_system.loads:
-            raise
-    removed = tuple(f"load {load.name!r} (no equilibrium under it)" for load in steady_system.loads)
-    return modes_about(equilibrium(replace(steady_system, loads=())), left_out + removed)
-
-
-def without_variation(system: System) -> tuple[System, tuple[str, ...]]:
-    """The system without loads over time, prescribed motions and lengths at their initial values; and their names."""
-    varying = [load for load in system.loads if load.times is not None]
-    moving = [joint for joint in system.joints if any(profile.moves for profile in joint.prescribed.values())]
-    names = [f"load {load.name!r}" for load in varying] + [f"motion of {joint.label!r}" for joint in moving]
-    names += [f"length of {name!r}" for name in moving_lengths(system)]
-    fixed = replace(with_fixed_lengths(system, 0.0), loads=tuple(load for load in system.loads if load not in varying))
-    joints = tuple(_at_start(joint) if joint in moving else joint for joint in system.joints)
-    return replace(fixed, joints=joints), tuple(names)
-
-
-def _at_start(joint: Joint) -> Joint:
-    """The joint with its prescribed coordinates locked at their initial values."""
-    motion: list[Profile | float | None] = list(joint.motion)
-    for k, profile in joint.prescribed.items():
-        motion[k] = float(profile(0.0)[0])
-    return replace(joint, motion=tuple(motion), u0=0.0 * joint.u0)
+    return modes_about(*rest_equilibrium(with_held_commands(system, followers=False), at))
 
 
 def modes_about(about: Equilibrium, left_out: tuple[str, ...] = ()) -> SystemModes:
@@ -193,12 +162,9 @@ def craft_skin(system: System, bodies: dict[str, BodyMotion], motions: ComplexAr
     cells: dict[str, list[IntArray]] = {}
     for name in system.order:
         skin = system.bodies[name].skin or _dot(system.bodies[name])
-        motion = bodies[name]
-        arms = (skin.points + np.einsum("spa,s->pa", skin.shapes, motion.delta)) @ motion.attitude.T
-        slide, turn, rates = motion.components(motions)
-        elastic = np.einsum("spa,sk->kpa", skin.shapes, rates, optimize=True)
-        shapes.append(slide.T[:, None] + np.cross(turn.T[:, None], arms) + elastic @ motion.attitude.T)
-        points.append(motion.position + arms)
+        moved, displacement = bodies[name].points(skin.points, skin.shapes, motions)
+        points.append(moved)
+        shapes.append(displacement)
         for kind, numbers in skin.cells.items():
             cells.setdefault(kind, []).append(numbers + count)
         count += len(skin.points)

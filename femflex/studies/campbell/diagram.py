@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from femflex.arrays import Array, BoolArray, ComplexArray, IntArray
-from femflex.dynamics.linear.character import WOBBLE, numbered_names
+from femflex.dynamics.linear.character import numbered_names
+from femflex.dynamics.linear.rigid_motions import WOBBLE
 from femflex.dynamics.linear.small_motions import GROWING
 from femflex.studies.campbell.crossings import Crossing, crossings
 from femflex.studies.campbell.matching import Match

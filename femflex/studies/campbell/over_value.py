@@ -10,8 +10,7 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.case import Case
 from femflex.dynamics.linear.character import motion_character
-from femflex.dynamics.linear.equilibrium import EquilibriumError
-from femflex.pipeline.rest import rest_equilibrium
+from femflex.dynamics.linear.equilibrium import EquilibriumError, rest_equilibrium
 from femflex.studies.campbell.diagram import Campbell, assembled_diagram
 from femflex.studies.campbell.matching import Match
 from femflex.studies.campbell.sweep import Spin, tracked_motions

@@ -10,8 +10,8 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.dynamics.linear.character import motion_character
 from femflex.dynamics.linear.equilibrium import EquilibriumError, equilibrium
-from femflex.dynamics.linear.frozen import frozen_system
 from femflex.dynamics.linear.small_motions import SmallMotions
+from femflex.dynamics.linear.still import frozen_system
 from femflex.studies.campbell.matching import Match, match_vibrations
 from femflex.system import Frame, System, started
 

@@ -2,7 +2,7 @@
 
     M du' + (D + G) du + K dxi + R dz = Q du_in,    dxi' = du + W dxi,    dz' = F_x dxi + F_u du + F_z dz + F_in du_in
 
-The equations of the coordinates are those of `femflex.dynamics.linear.linearised`. Columns of inputs come from the
+The equations of the coordinates are those of `femflex.dynamics.linear.equations`. Columns of inputs come from the
 same system with a small increment of the input; outputs are differences of channels. The value and rate of a prescribed
 coordinate are states of the model, and its acceleration is the input.
 """
@@ -16,21 +16,15 @@ from functools import cached_property
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.linear.equilibrium import Equilibrium
-from femflex.dynamics.linear.increments import advanced
-from femflex.dynamics.linear.linearised import (
-    Linearised,
-    free_directions,
-    linearised,
-    usual_sizes,
-)
-from femflex.dynamics.linear.local_derivative import local_derivative, on_line
+from femflex.dynamics.linear.equations import Linearised, linearised
+from femflex.dynamics.linear.equilibrium import Equilibrium, rest_equilibrium, rest_system
+from femflex.dynamics.linear.freedoms import usual_sizes
+from femflex.dynamics.linear.increments import displaced, local_derivative, on_line
 from femflex.dynamics.linear.states import effector_states
 from femflex.dynamics.linear.system_modes import SystemModes, modes_about
 from femflex.dynamics.model import Model, compile_system
 from femflex.effectors.constant_commands import FOLLOWER, UNIT, with_followers_of, with_held_commands
 from femflex.noun.problems import suggestion_text
-from femflex.pipeline.rest import rest_equilibrium, rest_state, rest_system
 from femflex.studies.linear.inputs import Input, default_inputs, inputs_of
 from femflex.studies.linear.space import StateSpace
 from femflex.summary import Rows, Summarised, listed
@@ -110,7 +104,7 @@ def linear_model(
         about, left_out = rest_equilibrium(followed, at)
         system = with_followers_of(followed, about.model.system)
         model = compile_system(rest_system(system, at, about))
-        x = rest_state(about, model)
+        x = about.state_in(model)
     else:
         model = compile_system(system)
         x = np.asarray(state, float)
@@ -136,7 +130,7 @@ class _Builder:
     ) -> None:
         self.model, self.x, self.t, self.inputs = model, x, t, inputs
         self.output_indices, self.outputs = output_entries(model, outputs)
-        self.state_indices = [model.n_q + model.n_u + k for k in effector_states(model.system)]
+        self.places, self.state_sizes = effector_states(model)
         self.udot = model.state_rate(t, x)[model.n_q : model.n_q + model.n_u]
         if model.system.loops or not self.udot.any():
             self.udot = np.zeros(model.n_u)
@@ -147,7 +141,7 @@ class _Builder:
     def build(self, about: Equilibrium | None, left_out: tuple[str, ...]) -> LinearModel:
         """The linear model."""
         linear = linearised(self.model, self.t, self.x, self.udot)
-        Z = free_directions(self.model, self.t, self.x)[1]
+        Z = linear.Z
         A, C = linear.state_matrix(), self._output_matrix(Z)
         prescribed = [entry for entry in self.inputs if entry.kind == "motion"]
         columns = [self._column(entry, linear.M, Z) for entry in self.inputs]
@@ -210,50 +204,41 @@ class _Builder:
 
         def equations(h: float) -> Array:
             coefficients = h * np.eye(3)[order] / (2.0 if order == 2 else 1.0)
-            q, v, z = self.model.parts(self.x)
-            direction, zero = np.eye(self.model.n_u)[u] * h, np.zeros(self.model.n_u)
-            q, v, udot = (
-                advanced(self.model, q, direction if order == 0 else zero),
-                v + (direction if order == 1 else zero),
-                self.udot + (direction if order == 2 else zero),
-            )
+            along = np.eye(3)[order, :, None] * np.eye(self.model.n_u)[u] * h
+            x = displaced(self.model, self.x, along[0], along[1])
             system = entry.with_motion_change(self.model.system, self.t, coefficients)
-            return self._equations(compile_system(system), np.concatenate([q, v, z]), udot)
+            return self._equations(compile_system(system), x, self.udot + along[2])
 
         return self._columns_of(equations, step, M, Z)
 
     def _equations(self, model: Model, x: Array, udot: Array) -> Array:
         """Forces, rates of the states of effectors, and outputs, one after another."""
-        rates = model.state_rate(self.t, x)[self.state_indices]
+        rates = model.state_rate(self.t, x)[self.places]
         return np.concatenate([model.residual(self.t, x, udot), rates, self._outputs(model, x)])
 
     def _columns_of(self, f: Callable[[float], Array], step: float, M: Array, Z: Array) -> tuple[Array, Array]:
         """Columns of the states and of the outputs, from the equations as a function of the increment."""
-        forces, rates, outputs = np.split(
-            self._derivative(f, step), np.cumsum([self.model.n_u, len(self.state_indices)])
-        )
+        forces, rates, outputs = np.split(self._derivative(f, step), np.cumsum([self.model.n_u, len(self.places)]))
         return np.concatenate([np.zeros(len(M)), np.linalg.solve(M, -Z.T @ forces), rates]), outputs
 
     def _output_matrix(self, Z: Array) -> Array:
         """C over increments along Z, their rates, and the states of effectors."""
-        q, u, z = self.model.parts(self.x)
+        u = self.model.parts(self.x)[1]
         sizes, fastest = usual_sizes(self.model), max(1.0, float(np.abs(u).max(initial=0.0)))
         columns = []
 
         def of_coordinates(xi: Array) -> Array:
-            return self._outputs(self.model, np.concatenate([advanced(self.model, q, xi), u, z]))
+            return self._outputs(self.model, displaced(self.model, self.x, xi))
 
         def of_rates(du: Array) -> Array:
-            return self._outputs(self.model, np.concatenate([q, u + du, z]))
+            return self._outputs(self.model, displaced(self.model, self.x, du=du))
 
         def of_states(dx: Array) -> Array:
             return self._outputs(self.model, self.x + dx)
 
         columns += [self._derivative(on_line(of_coordinates, d), STEP / float(np.abs(d / sizes).max())) for d in Z.T]
         columns += [self._derivative(on_line(of_rates, d), STEP * fastest) for d in Z.T]
-        state_sizes = self.model.system.state_sizes()
-        for index in self.state_indices:
-            size = float(state_sizes[index - self.model.n_q - self.model.n_u])
+        for index, size in zip(self.places, self.state_sizes, strict=True):
             columns.append(self._derivative(on_line(of_states, np.eye(self.model.n_x)[index]), STEP * size))
         return np.column_stack([np.zeros((len(self.outputs), 0)), *columns])
 

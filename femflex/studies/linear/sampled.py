@@ -19,15 +19,15 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from femflex.arrays import Array, ComplexArray, IntArray
-from femflex.dynamics.linear.increments import advanced
-from femflex.dynamics.linear.linearised import free_directions, linearised, usual_sizes
-from femflex.dynamics.linear.local_derivative import local_derivative, on_line
+from femflex.dynamics.linear.equations import linearised
+from femflex.dynamics.linear.equilibrium import rest_equilibrium, rest_system
+from femflex.dynamics.linear.freedoms import usual_sizes
+from femflex.dynamics.linear.increments import displaced, local_derivative, on_line
 from femflex.dynamics.linear.states import effector_states
 from femflex.dynamics.model import Model, compile_system
 from femflex.effectors.constant_commands import is_sampled, with_held_commands
 from femflex.effectors.sensor import without_quantum
 from femflex.noun.problems import suggestion_text
-from femflex.pipeline.rest import rest_equilibrium, rest_state, rest_system
 from femflex.system import System
 
 STEP = 1e-4  # of a usual size: the first of steps that fall
@@ -103,7 +103,7 @@ def sampled_model(system: System) -> SampledModel:
     about = rest_equilibrium(continuous)[0]
     balanced = rest_system(continuous, None, about)
     model = compile_system(_with_controllers(balanced, system))
-    x = _state_with_controllers(model, rest_state(about, compile_system(balanced)), balanced)
+    x = _state_with_controllers(model, about.state_in(compile_system(balanced)), balanced)
     names = [name for name, _ in model.system.state_names()]
     sampled_states = [
         names.index(name)
@@ -201,11 +201,10 @@ class _SampledBuilder:
     def __init__(self, model: Model, x: Array, sampled_states: IntArray) -> None:
         self.model, self.x = model, x
         offset = model.n_q + model.n_u
-        self.continuous_states, self.sampled_states = (
-            offset + np.array(effector_states(model.system), int),
-            offset + sampled_states,
-        )
-        self.free_coordinates, self.Z = free_directions(model, 0.0, x)
+        self.continuous_states, self.state_sizes = effector_states(model)
+        self.sampled_states = offset + sampled_states
+        self.linear = linearised(model, 0.0, x)
+        self.free_coordinates, self.Z = self.linear.free, self.linear.Z
         self.n = 2 * len(self.free_coordinates) + len(self.continuous_states)
 
     def names(self) -> tuple[tuple[str, str], ...]:
@@ -226,7 +225,7 @@ class _SampledBuilder:
     def flow(self) -> Array:
         """[[A, B], [0, 0]] (n, n)."""
         generator = np.zeros((self.n + len(self.sampled_states),) * 2)
-        generator[: self.n, : self.n] = linearised(self.model, 0.0, self.x).state_matrix()
+        generator[: self.n, : self.n] = self.linear.state_matrix()
         sizes = self.model.system.state_sizes()
         m, offset = len(self.free_coordinates), self.model.n_q + self.model.n_u
         for k, index in enumerate(self.sampled_states):
@@ -243,12 +242,11 @@ class _SampledBuilder:
         assert clock is not None
         m, offset = len(self.free_coordinates), self.model.n_q + self.model.n_u
         coordinate_sizes = usual_sizes(self.model)[self.free_coordinates]
-        state_sizes = self.model.system.state_sizes()[self.continuous_states - offset]
         sizes = np.concatenate(
             [
                 coordinate_sizes,
                 coordinate_sizes / period,
-                state_sizes,
+                self.state_sizes,
                 self.model.system.state_sizes()[self.sampled_states - offset],
             ]
         )
@@ -278,8 +276,7 @@ class _SampledBuilder:
         return np.asarray(x[self.sampled_states])
 
     def _displaced_state(self, s: Array, m: int) -> Array:
-        q, u, z = self.model.parts(self.x)
-        x = np.concatenate([advanced(self.model, q, self.Z @ s[:m]), u + self.Z @ s[m : 2 * m], z])
+        x = displaced(self.model, self.x, self.Z @ s[:m], self.Z @ s[m : 2 * m])
         x[self.continuous_states] += s[2 * m : self.n]
         x[self.sampled_states] += s[self.n :]
         return x

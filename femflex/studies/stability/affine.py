@@ -13,10 +13,10 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.dynamics import compile_system
-from femflex.dynamics.linear.equilibrium import EquilibriumError
-from femflex.dynamics.linear.linearised import frame_rate, linearised, usual_sizes
+from femflex.dynamics.linear.equations import linearised
+from femflex.dynamics.linear.equilibrium import EquilibriumError, rest_equilibrium
+from femflex.dynamics.linear.freedoms import frame_rate, usual_sizes
 from femflex.dynamics.linear.small_motions import growth_threshold, spectrum
-from femflex.pipeline.rest import rest_equilibrium
 from femflex.studies.stability.gravity_gradient import craft_inertia, moments_from_ratios, ratio_inertia, with_inertia
 from femflex.studies.stability.judgement import (
     GYROSCOPIC,
@@ -76,10 +76,8 @@ class AffineChart:
         if max(residuals) > BALANCED * rate**2 * inertia:
             return None
         linearisations = [linearised(model, 0.0, about.x) for model in models]
-        names = [name for name, _ in about.model.system.velocity_names()]
-        coordinates = [names.index(name) for name in linearisations[0].names]
         M, D, K = (np.array([getattr(linearisation, key) for linearisation in linearisations]) for key in "MDK")
-        return cls(system, body, craft, (roll, yaw), pitch, M, D, K, sizes[coordinates], rate)
+        return cls(system, body, craft, (roll, yaw), pitch, M, D, K, sizes[linearisations[0].free], rate)
 
     def __call__(self, k_roll: float, k_yaw: float) -> Judgement:
         """The judgement at these ratios, none where the body cannot have them."""

@@ -8,11 +8,11 @@ import numpy as np
 
 from femflex.arrays import Array, ComplexArray
 from femflex.case import CaseError
-from femflex.dynamics.linear.equilibrium import Equilibrium, EquilibriumError
-from femflex.dynamics.linear.linearised import frame_rate, linearised, usual_sizes
+from femflex.dynamics.linear.equations import linearised
+from femflex.dynamics.linear.equilibrium import Equilibrium, EquilibriumError, rest_equilibrium
+from femflex.dynamics.linear.freedoms import frame_rate, usual_sizes
 from femflex.dynamics.linear.system_modes import modes_about
 from femflex.integrate import IntegrationError
-from femflex.pipeline.rest import rest_equilibrium
 from femflex.studies.floquet import floquet, periodic_state
 from femflex.system import System
 
@@ -102,8 +102,7 @@ def equilibrium_stability(system: System) -> Judgement:
     if about.model.system.frame.kind != "orbital":
         return Judgement(STATIC, growth, values, about=about)
     linear = linearised(about.model, 0.0, about.x)
-    names = [name for name, _ in about.model.system.velocity_names()]
-    sizes = usual_sizes(about.model)[[names.index(name) for name in linear.names]]
+    sizes = usual_sizes(about.model)[linear.free]
     rate = frame_rate(about.model.system)
     return Judgement(
         STATIC if is_positive_definite(linear.M, linear.K, sizes, rate) else GYROSCOPIC, growth, values, about=about

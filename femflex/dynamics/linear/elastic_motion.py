@@ -1,7 +1,9 @@
-"""The small elastic motion that a given motion of a system's bodies calls up, without integrating it.
+"""Elastic motion of a craft about rest without integrating it: natural modes, and the answer to a motion of the bodies.
 
-With the bodies taken along as rigid (elastic coordinates zero) eq. (9) leaves the force f(t) = Q - h - M du/dt over
-along the elastic coordinates, that of loops included. About the state at rest their answer y follows
+For judging sets of shapes. `rest_modes` are those of the initial configuration with no rates, linear strain, no loads,
+no weight and no spin. With the bodies taken along as rigid (elastic coordinates zero) eq. (9) leaves the force
+f(t) = Q - h - M du/dt over along the elastic coordinates, that of loops included. About the state at rest their answer
+y follows
 
     M y'' + D y' + K y = Z^T f(t)
 
@@ -13,23 +15,106 @@ slowly, and more where they come in time with a mode.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import eigh
 
-from femflex.arrays import Array, IntArray
+from femflex.arrays import Array, BoolArray, IntArray
+from femflex.body import FlexibleBody
 from femflex.dynamics.joints.prescribed_coordinates import prescribed_places
-from femflex.dynamics.linear.closed_motion import least_multipliers, slack_of_loops
-from femflex.dynamics.linear.linearised import free_directions, is_prescribed, linearised
+from femflex.dynamics.linear.equations import linearised, stiffness
+from femflex.dynamics.linear.freedoms import (
+    elastic_places,
+    free_directions,
+    is_prescribed,
+    least_multipliers,
+    slack_of_loops,
+)
+from femflex.dynamics.linear.rigid_motions import BodyMotion, body_motions
 from femflex.dynamics.lowering.layout import body_records
-from femflex.dynamics.model import Model
+from femflex.dynamics.model import Model, compile_system
+from femflex.system import Environment, Frame, LengthTable, System
 
+ELASTIC = 0.01  # share of a motion's potential energy in the shapes of bodies, from which on it is an elastic mode
+CLOSE = 0.01  # relative distance within which two frequencies are a pair
+RIGID_BELOW = 1e-6  # frequency over that of the softest shape below which a motion is rigid
 JUMP = 1e-6  # of the time: an interval so short stands for a jump of the force
 JUMPED = 1e-3  # of the largest range of velocities of its unit: a jump; less is an error between two rows
 NOISE = 1e-3  # of the amplitude of a mode: less vibration is an error of the accelerations
 SMALLEST = 1e-7  # displacement of a body over its radius of gyration, and rate of a joint over the largest: rounding
 DAMPED = 0.99  # of critical: modes damped more than that are taken to be so, for their answer hardly swings either
+
+
+@dataclass(frozen=True, eq=False)
+class RestModes:
+    """Natural motions of a craft about rest, ascending.
+
+    omega   (n,)      [rad/s], 0 for rigid motions
+    elastic (n,)      whether bodies deform in them
+    shapes  body -> (n_modes, n) elastic coordinates, of motions of mass 1
+    system  the craft that is at rest
+    frames  body -> where its frame is, and how it moves in each motion
+    """
+
+    omega: Array
+    elastic: BoolArray
+    shapes: Mapping[str, Array]
+    system: System
+    frames: Mapping[str, BodyMotion]
+
+    def relevant(self, count: int, band: float = 0.0) -> IntArray:
+        """Numbers of the `count` lowest elastic modes, a close pair at the end whole, and of all below a band [Hz]."""
+        numbers = np.flatnonzero(self.elastic)
+        omega = self.omega[numbers]
+        last = omega[:count].max(initial=0.0)
+        return numbers[(omega <= (1.0 + CLOSE) * last) | (omega < 2.0 * np.pi * band)]
+
+
+def rest_modes(system: System) -> RestModes:
+    """The natural motions of a system."""
+    system = _undeformed(system)
+    model = compile_system(system)
+    rest = model.at_rest(model.x0[: model.n_q])
+    Z = free_directions(model, 0.0, rest)[1]
+    K = stiffness(model, 0.0, rest, np.zeros(model.n_u))
+    M, K = (Z.T @ A @ Z for A in (model.mass_matrix(0.0, rest), K))
+    squares, phi = eigh((K + K.T) / 2, (M + M.T) / 2)
+    phi_u = Z @ phi
+    records = dict(zip(system.order, body_records(model.table)[1:], strict=True))
+    shapes = {name: phi_u[int(r["ue"]) + np.arange(int(r["n"]))] for name, r in records.items() if int(r["n"])}
+    energy = sum(
+        (np.einsum("ik,ij,jk->k", y, system.bodies[name].strain.V1, y) for name, y in shapes.items()),
+        np.zeros(len(squares)),
+    )
+    softest = min((_softest(system.bodies[name]) for name in shapes), default=0.0)
+    squares = np.where(squares > RIGID_BELOW**2 * softest, squares, 0.0)
+    elastic = (squares > 0.0) & (energy > ELASTIC * squares)
+    moving = body_motions(model, rest)
+    frames = {name: body.in_motions(phi_u) for name, body in moving.items()}
+    return RestModes(np.sqrt(squares), elastic, shapes, system, frames)
+
+
+def _softest(body: FlexibleBody) -> float:
+    """Lowest stiffness over mass among the coordinates of a body [1/s^2]."""
+    mass = np.diag(body.moments.elastic_mass())
+    return float((np.diag(body.strain.V1) / mass).min())
+
+
+def _undeformed(system: System) -> System:
+    """The system with linear strain, undeformed, at rest, with nothing that pushes, pulls or spins it.
+
+    Members that deploy have their first lengths.
+    """
+    linear = {name: body.with_linear_strain() for name, body in system.bodies.items()}
+    reels = {f"{body.write.length}" for body in system.varying.values() if isinstance(body.write, LengthTable)}
+    varying = {name: body for name, body in system.varying.items() if not isinstance(body.write, LengthTable)}
+    effectors = tuple(effector for effector in system.effectors if f"{effector.name}.length" not in reels)
+    frame = system.frame if system.orbit is not None else Frame("inertial")
+    return replace(
+        system, bodies=linear, loads=(), frame=frame, environment=Environment(np.zeros(3)), delta0={}, ddelta0={},
+        reactions=False, sights=(), constraints=(), varying=varying, effectors=effectors,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,12 +150,11 @@ def elastic_response(model: Model, times: Array, states: Array, accelerations: A
     Raises ValueError and LinAlgError where there are no linear equations about rest (see `linearised`).
     """
     t, rest = float(times[0]), model.at_rest(states[0, : model.n_q])
-    linear, (free, Z) = linearised(model, t, rest), free_directions(model, t, rest)
-    moving = ~np.isin(
-        free, [index for *_, index in prescribed_places(model.system)]
-    )  # a latch that will lock counts as locked
+    linear = linearised(model, t, rest)
+    # a latch that will lock counts as locked
+    moving = ~np.isin(linear.free, [index for *_, index in prescribed_places(model.system)])
     M, D, K = (A[np.ix_(moving, moving)] for A in (linear.M, linear.D, linear.K))
-    free, Z = free[moving], Z[:, moving]
+    free, Z = linear.free[moving], linear.Z[:, moving]
     squares, phi = eigh((K + K.T) / 2, (M + M.T) / 2)
     omega, phi = np.sqrt(squares[squares > 0.0]), phi[:, squares > 0.0]
     damping = np.einsum("ik,ij,jk->k", phi, D, phi)
@@ -78,7 +162,7 @@ def elastic_response(model: Model, times: Array, states: Array, accelerations: A
     jumps = np.diff(u, axis=0) - steps * (accelerations[1:] + accelerations[:-1]) / 2
     jumps[np.abs(jumps) < JUMPED * _ranges(model, u)] = 0.0
     force, impulse = unmodelled_response(model, times, states, accelerations, np.vstack([jumps, np.zeros(model.n_u)]))
-    qe, ue = elastic_indices(model)
+    qe, ue = elastic_places(model)
     start = np.zeros((2, model.n_u))
     start[:, ue] = model.x0[qe], model.x0[model.n_q + ue]
     modal = start[:, free] @ M @ phi
@@ -138,7 +222,7 @@ def _recoil(model: Model, u: Array, rates: Array) -> Array:
 def unmodelled_response(model: Model, times: Array, states: Array, rates: Array, jumps: Array) -> tuple[Array, Array]:
     """Forces, and impulses of jumps of the velocities, on the elastic coordinates; each (n_t, n_u), 0 for joints."""
     force, impulse = np.zeros((2, len(times), model.n_u))
-    ue, slack = elastic_indices(model)[1], slack_of_loops(model.system)
+    ue, slack = elastic_places(model)[1], slack_of_loops(model.system)
     carrying = ~is_prescribed(model)
     carrying[ue] = False
     for row, impulse_row, t, x, rate, jump in zip(force, impulse, times, states, rates, jumps, strict=True):
@@ -180,11 +264,3 @@ def modal_response(
         y[k + 1] = after[k] + fading[k] * (z * cos[k] + v * sin[k])
         rate[k + 1] = slope[k] + fading[k] * (w * cos[k] - (b * z + a * v) * sin[k]) + impulse[k]
     return y, rate, swing
-
-
-def elastic_indices(model: Model) -> tuple[IntArray, IntArray]:
-    """Places in q and in u of the elastic coordinates of all bodies."""
-    records = body_records(model.table)[1:]
-    counted = [(np.arange(int(r["n"])) + int(r["qe"]), np.arange(int(r["n"])) + int(r["ue"])) for r in records]
-    qe, ue = (np.concatenate(side) for side in zip(*counted, strict=True))
-    return qe, ue

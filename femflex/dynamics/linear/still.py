@@ -1,14 +1,19 @@
-"""A system frozen at one instant: all that changes over time is constant; and what then still keeps it from rest."""
+"""A system at one instant: all that changes over time is constant; and what then still keeps it from rest.
+
+Wheels and gyros about a steady state are rotors of constant momentum, which make small motions gyroscopic.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
 
-from femflex.dynamics.linear.closed_motion import refuse_rolling
-from femflex.system import Joint, Load, Profile, System, Threshold
+from femflex.dynamics.linear.freedoms import refuse_rolling
+from femflex.dynamics.model import compile_system
+from femflex.system import Effector, Joint, Load, Profile, System, Threshold
 from femflex.system.fixed_length import moving_lengths, with_fixed_lengths
 from femflex.system.joint_coordinates import OPEN, RELEASED
 from femflex.system.orbit import CIRCULAR
@@ -37,6 +42,17 @@ def frozen_system(system: System, at: float | None = None) -> System:
     if problems := [*_orbit_problems(frozen), *_gravity_problems(frozen), *_load_problems(frozen)]:
         raise ValueError("\n".join(problems))
     return frozen
+
+
+def without_variation(system: System) -> tuple[System, tuple[str, ...]]:
+    """The system without loads over time, prescribed motions and lengths at their initial values; and their names."""
+    varying = [load for load in system.loads if load.times is not None]
+    moving = [joint for joint in system.joints if any(profile.moves for profile in joint.prescribed.values())]
+    names = [f"load {load.name!r}" for load in varying] + [f"motion of {joint.label!r}" for joint in moving]
+    names += [f"length of {name!r}" for name in moving_lengths(system)]
+    fixed = replace(with_fixed_lengths(system, 0.0), loads=tuple(load for load in system.loads if load not in varying))
+    joints = tuple(_locked(joint, 0.0) if joint in moving else joint for joint in system.joints)
+    return replace(fixed, joints=joints), tuple(names)
 
 
 def without_damping(system: System) -> System:
@@ -136,3 +152,42 @@ def _load_problems(system: System) -> list[str]:
         for load in system.loads
         if load.frame in turning and (load.force.any() or load.torque.any())
     ]
+
+
+def with_coasting_rotors(system: System, keep: Collection[str] = ()) -> System:
+    """The system whose wheels and gyros keep their momentum and gimbal angles of the start, without states.
+
+    A motor that gives a torque accelerates its wheel for ever, so nothing else is a steady state. Left as they are:
+    those whose signals something else takes, for there is a loop around them, and those to keep.
+    """
+    in_loops = {name.rpartition(".")[0] for e in system.effectors if isinstance(e, Effector) for name in e.inputs}
+    in_loops |= set(keep)
+    rotors = [e for e in system.effectors if isinstance(e, Effector) and e.coasting and e.name not in in_loops]
+    if not rotors:
+        return system
+    names = [name for name, _ in system.state_names()]
+    model = compile_system(system)
+    z = dict(zip(names, model.parts(model.x0)[2], strict=True))
+    changed: list[Effector] = []
+    for rotor in rotors:
+        states = np.array([z[name] for name, _ in rotor.state_names()])
+        assert rotor.coasting is not None
+        changed.append(rotor.coasting(rotor.name, states))
+    new = {rotor.name: rotor for rotor in changed}
+    removed = {name for rotor in rotors for name, _ in rotor.state_names()}
+    effectors = tuple(new.get(e.name, e) for e in system.effectors)
+    return replace(system, effectors=effectors, z0={k: v for k, v in system.z0.items() if k not in removed})
+
+
+def controlled_rotors(system: System) -> list[str]:
+    """Return the names of wheels and gyros that a continuous law commands by measurements of sensors."""
+    by_name = {e.name: e for e in system.effectors if isinstance(e, Effector)}
+
+    def measures(name: str, visited: frozenset[str]) -> bool:
+        effector = by_name.get(name)
+        if effector is None or name in visited:
+            return False
+        sources = {source.rpartition(".")[0] for source in effector.inputs}
+        return effector.kind == "sensor" or any(measures(source, visited | {name}) for source in sources)
+
+    return [name for name, effector in by_name.items() if effector.coasting and measures(name, frozenset())]
