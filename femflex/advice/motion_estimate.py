@@ -24,7 +24,7 @@ from femflex.advice.limits import (
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.dynamics import Model, compile_system
-from femflex.dynamics.joints.prescribed_coordinates import prescribed_states
+from femflex.dynamics.joints.places import prescribed_states
 from femflex.dynamics.linear.elastic_motion import ElasticResponse, elastic_response
 from femflex.dynamics.linear.freedoms import elastic_places
 from femflex.dynamics.terms.without import with_rigid_bodies

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.joints.law_places import latch_places
+from femflex.dynamics.joints.places import latch_places
 from femflex.dynamics.lowering.constraint_layout import R_LAMBDA
 from femflex.dynamics.lowering.layout import HEADER, N_HEADER
 from femflex.system import Latch, Threshold

@@ -17,8 +17,13 @@ from femflex.dynamics.constraints.assemble import assembled
 from femflex.dynamics.constraints.constrained import Constraints, build_constraints
 from femflex.dynamics.constraints.free_lengths import constrained_free_rate
 from femflex.dynamics.effectors.events import AllEvents, StateEvents
-from femflex.dynamics.effectors.starts import check_distances, with_starts
-from femflex.dynamics.effectors.states import has_events, sensor_problems, threshold_problems
+from femflex.dynamics.effectors.states import (
+    check_distances,
+    has_events,
+    sensor_problems,
+    threshold_problems,
+    with_starts,
+)
 from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.joints.switching import switch
 from femflex.dynamics.latches import Latches

@@ -23,7 +23,7 @@ from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
 
 from femflex.arrays import Array, IntArray
-from femflex.dynamics.joints.prescribed_coordinates import prescribed_states
+from femflex.dynamics.joints.places import prescribed_states
 from femflex.dynamics.linear.equations import linearised
 from femflex.dynamics.linear.equilibrium import rest_equilibrium, with_loads_of
 from femflex.dynamics.linear.freedoms import free_directions, is_prescribed, refuse_rolling, usual_sizes

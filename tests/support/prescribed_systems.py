@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from femflex.dynamics.joints.prescribed_coordinates import prescribed_places
+from femflex.dynamics.joints.places import prescribed_places
 from femflex.system import Profile, turns
 from support.random_systems import random_state, random_tree
 

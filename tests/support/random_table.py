@@ -12,7 +12,7 @@ import numpy as np
 from femflex.body import MassMoments, StrainTensors
 from femflex.body.symmetric import packed_size
 from femflex.dynamics import Model, compile_system
-from femflex.dynamics.joints.prescribed_coordinates import prescribed_places
+from femflex.dynamics.joints.places import prescribed_places
 from femflex.effectors import block, low_pass
 from femflex.system import Frame, Load, Orbit, Spring, System, free, spherical, universal
 from support.effector_builders import Sensor, reaction_wheel

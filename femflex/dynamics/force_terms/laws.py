@@ -16,7 +16,7 @@ import numpy as np
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.force_terms.registry import ForceTerm, Records
 from femflex.dynamics.forces.calls import A_DISSIPATION, A_ENERGY, APPLY, REPORT, RESIST
-from femflex.dynamics.joints.law_places import law_places
+from femflex.dynamics.joints.places import law_places
 from femflex.dynamics.lowering.layout import ENERGY_SPRING, W_RESIST, W_TAU, body_of, header_of, record_reader
 from femflex.dynamics.lowering.pool import Pool, Scratch
 from femflex.kernels.compiled import inner

@@ -22,7 +22,7 @@ from scipy.linalg import eigh
 
 from femflex.arrays import Array, BoolArray, IntArray
 from femflex.body import FlexibleBody
-from femflex.dynamics.joints.prescribed_coordinates import prescribed_places
+from femflex.dynamics.joints.places import prescribed_places
 from femflex.dynamics.linear.equations import linearised, stiffness
 from femflex.dynamics.linear.freedoms import (
     elastic_places,

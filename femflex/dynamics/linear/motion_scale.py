@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.arrays import Array, IntArray
-from femflex.dynamics.joints.law_places import law_places
-from femflex.dynamics.joints.prescribed_coordinates import prescribed_states
+from femflex.dynamics.joints.places import law_places, prescribed_states
 from femflex.dynamics.linear.equations import rounding_forces
 from femflex.dynamics.linear.freedoms import (
     elastic_places,

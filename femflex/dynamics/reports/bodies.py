@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.reports.mobility import can_turn
 from femflex.dynamics.reports.report import Observation, Report, RowReport
 from femflex.dynamics.reports.row import BODY, EULER, XYZ, origin_text, worded
 from femflex.rotations import dcm_from_quaternion, dcm_from_vector, quaternion_from_dcm
@@ -57,3 +56,26 @@ def undeformed_place(seen: Observation, segments: Sequence[str]) -> tuple[Array,
     arm = np.einsum("tij,tj->ti", C, marker.position + delta @ marker.phi.T)
     C = C @ dcm_from_vector(marker.rotation_vector(delta))
     return seen[f"bodies/{first}/position"] + arm - C @ marker.position, C
+
+
+def can_turn(system: System, name: str) -> bool:
+    """Whether a body can turn in inertial axes: by its frame, its joint, or the bodies that carry it."""
+    joint = system.joint_of(name)
+    if joint.ball is not None or len(joint.rotations) or system.bodies[name].marker(joint.child_marker).psi.any():
+        return True
+    if joint.parent is None:
+        return system.frame.kind != "inertial"
+    return bool(system.bodies[joint.parent].marker(joint.parent_marker).psi.any()) or can_turn(system, joint.parent)
+
+
+def can_move(system: System, name: str) -> bool:
+    """Whether the origin of a body can move in inertial axes."""
+    joint = system.joint_of(name)
+    if can_turn(system, name) or len(joint.translations) or name in system.varying:
+        return True
+    if system.bodies[name].marker(joint.child_marker).phi.any():
+        return True
+    if joint.parent is None:
+        return False
+    carrier = system.bodies[joint.parent].marker(joint.parent_marker)
+    return bool(carrier.phi.any()) or joint.parent in system.varying or can_move(system, joint.parent)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from femflex.arrays import Array
-from femflex.dynamics.joints.places import has_singularity, joint_places
+from femflex.dynamics.joints.places import has_singularity, joint_places, latch_places
 from femflex.dynamics.reports.report import Observation, Report
 from femflex.rotations import coordinates_from_dcm, dcm_from_coordinates, dcm_from_quaternion, singularity_distance
 from femflex.system import Channel, Joint, System
@@ -82,3 +82,21 @@ def channel_of(parts: list[tuple[str, str]], text: str) -> Channel:
         return Channel(units[0], text)
     unit = units[0] if len(set(units)) == 1 else ", ".join(units)
     return Channel(unit, text, (len(parts),), names)
+
+
+class Latches(Report):
+    """Every latch, per body in tree order."""
+
+    def channels(self, system: System) -> dict[str, Channel]:
+        out = {}
+        for place in latch_places(system):
+            name = place.joint.freedom_names()[place.latch.freedom]
+            out[f"latches/{name}/locked"] = Channel("1", f"1 from when {name} latched")
+            out[f"latches/{name}/time"] = Channel("s", f"when {name} latched; -1 before; -2 - t once released at t")
+            out[f"latches/{name}/loss"] = Channel("J", f"energy lost when {name} latched")
+        return out
+
+    def observe(self, seen: Observation) -> Iterator[Array]:
+        for place in latch_places(seen.system):
+            time, loss = seen.z[:, place.time], seen.z[:, place.time + 1]
+            yield from ((time >= 0).astype(float), time, loss)

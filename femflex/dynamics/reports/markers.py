@@ -18,8 +18,7 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.dynamics.lowering.layout import W_ACC, W_CIN, W_OMEGA, body_records
 from femflex.dynamics.lowering.lower import reported_markers
-from femflex.dynamics.reports.bodies import undeformed_place
-from femflex.dynamics.reports.mobility import can_move
+from femflex.dynamics.reports.bodies import can_move, undeformed_place
 from femflex.dynamics.reports.report import Observation, RowReport
 from femflex.dynamics.reports.row import IN_MARKER, MARKER, MARKER_WIDTH, origin_text, worded
 from femflex.system import Channel, System

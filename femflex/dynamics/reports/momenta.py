@@ -14,7 +14,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.joints.prescribed_coordinates import prescribed_places
+from femflex.dynamics.joints.places import prescribed_places
 from femflex.dynamics.reports.observe import observe
 from femflex.dynamics.reports.report import Observation, Report
 from femflex.dynamics.reports.row import ROW

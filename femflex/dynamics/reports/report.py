@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.joints.prescribed_coordinates import prescribed_states
+from femflex.dynamics.joints.places import prescribed_states
 from femflex.dynamics.reports.observe import observe
 from femflex.system import Channel, System
 

@@ -13,19 +13,13 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from femflex.dynamics.energy_accounts import (
-    accounts_for,
-    conservative_loads,
-    has_springs,
-    is_damped,
-    is_elastic,
-    is_supplied,
-)
 from femflex.rotations import EULER_PARAMETERS
 from femflex.system.channel import Channel
+from femflex.system.effector import Effector
 
 if TYPE_CHECKING:
     from femflex.system import System
+
 
 XYZ, EULER, ANGLES = ("x", "y", "z"), ("e0", "e1", "e2", "e3"), ("{angle1}", "{angle2}", "{angle3}")
 
@@ -44,6 +38,42 @@ def has_attitude(system: System) -> bool:
 def in_orbit(system: System) -> bool:
     """Whether the craft is in an orbit."""
     return system.orbit is not None
+
+
+def conservative_loads(system: System) -> list[str]:
+    """Names of the loads whose potential is part of the energy."""
+    return [load.name for load in system.loads if load.conservative and system.orbit is None]
+
+
+def accounts_for(system: System, account: str) -> bool:
+    """Whether an effector reports that energy or power (see femflex.system.effector.ACCOUNTS)."""
+    return any(isinstance(e, Effector) and account in e.accounts for e in system.effectors)
+
+
+def is_elastic(system: System) -> bool:
+    """Whether bodies store strain energy."""
+    whole = (variation.whole for variation in system.varying.values() if variation.whole is not None)
+    return any(body.n_shapes for body in (*system.bodies.values(), *whole))
+
+
+def has_springs(system: System) -> bool:
+    """Whether joints or springs store energy."""
+    return any(joint.stiffness.any() or joint.laws or joint.latches for joint in system.joints) or bool(system.springs)
+
+
+def is_supplied(system: System) -> bool:
+    """Whether an element may supply power: a load whose potential is not part of the energy, an effector, or a tide."""
+    acting = any(isinstance(e, Effector) and e.acts for e in system.effectors)
+    acting = acting or bool(system.environment.third_bodies)
+    return acting or accounts_for(system, "supplied") or len(conservative_loads(system)) < len(system.loads)
+
+
+def is_damped(system: System) -> bool:
+    """Whether any element dissipates energy of the motion."""
+    joints = any(joint.damping.any() or joint.laws or joint.latches for joint in system.joints)
+    bodies = any(body.damping.any() for body in system.bodies.values())
+    springs = any(spring.damping for spring in system.springs)
+    return joints or bodies or springs or accounts_for(system, "dissipation")
 
 
 FIXED: dict[str, tuple[Channel, Callable[[System], bool]]] = {  # and whether a system has it

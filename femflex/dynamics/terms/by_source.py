@@ -8,7 +8,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.dynamics.force_terms import force_terms
-from femflex.dynamics.joints.prescribed_coordinates import prescribed_places
+from femflex.dynamics.joints.places import prescribed_places
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.terms.equation_terms import EQUATION_TERMS
 from femflex.dynamics.terms.ledger import ledger

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.joints.prescribed_coordinates import prescribed_freedoms, prescribed_places
+from femflex.dynamics.joints.places import prescribed_freedoms, prescribed_places
 from femflex.dynamics.reports.prescribing_forces import observe_prescribing_forces
 from femflex.dynamics.reports.report import Observation, Report
 from femflex.dynamics.terms.by_source import DRIVES, terms
