@@ -127,7 +127,7 @@ def impact(model: Model, t: float, x: Array, freedoms: list[int]) -> tuple[Array
     q, before, z = (part.copy() for part in model.parts(x))
     rhs, change = np.concatenate([np.zeros(model.n_u), z]), np.empty(model.n_u)
     rhs[freedoms] = -before[freedoms]
-    model.tree.solve(t, q, rhs, change, 1.0, 0.0, 0.0, model.table, model.pool, model.work)
+    model.second_order.solve(t, q, rhs, change, 1.0, 0.0, 0.0, model.table, model.pool, model.work)
     drives = int(model.table[:N_HEADER].view(HEADER)[0]["drives"])
     impulses = [float(model.work[drives + freedom]) for freedom in freedoms]
     after = before + change

@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 
 from femflex.arrays import Array, IntArray
-from femflex.dynamics.calls import ConstrainedCalls, SecondOrderCalls
+from femflex.dynamics.calls import SecondOrderCalls
 from femflex.dynamics.clock import Clock
 from femflex.dynamics.constraints import equations as constrained
 from femflex.dynamics.constraints.assemble import assembled
 from femflex.dynamics.constraints.constrained import Constraints, build_constraints
-from femflex.dynamics.constraints.free_lengths import constrained_free_rate
 from femflex.dynamics.effectors.events import AllEvents, StateEvents
 from femflex.dynamics.effectors.states import (
     check_distances,
@@ -32,8 +31,6 @@ from femflex.dynamics.lowering.constraints import characteristic_length
 from femflex.dynamics.lowering.layout import BALL_QUATERNION, body_records
 from femflex.dynamics.lowering.lower import lower
 from femflex.dynamics.motion import equations
-from femflex.dynamics.motion.free_lengths import free_rate
-from femflex.dynamics.motion.prescribed_motion import rate_with_prescribed_motion
 from femflex.dynamics.reports.diagnosis import diagnosis
 from femflex.dynamics.reports.report import Channels, Observation
 from femflex.dynamics.terms.by_source import SWITCHED, terms
@@ -126,15 +123,9 @@ class Model(Summarised):
 
     @cached_property
     def second_order(self) -> SecondOrderCalls:
-        """The calls of implicit integrators."""
-        if self.constraints is None:
-            return self.tree
-        return ConstrainedCalls(self.n_q, self.n_u, self.n_z, self.reduced, tuple(free_lengths(self.system)))
-
-    @cached_property
-    def tree(self) -> SecondOrderCalls:
-        """The calls of implicit integrators on the tree, without the forces of constraints."""
-        return SecondOrderCalls(self.n_q, self.n_u, self.n_z, self.reduced, tuple(free_lengths(self.system)))
+        """The calls of implicit integrators and studies."""
+        free, constrained = tuple(free_lengths(self.system)), self.constraints is not None
+        return SecondOrderCalls(self.n_q, self.n_u, self.n_z, self.reduced, free, constrained)
 
     @cached_property
     def reduced(self) -> bool:
@@ -186,15 +177,22 @@ class Model(Summarised):
         self._refuse_short(x)
         out = np.empty(self.n_u)
         q, u = np.ascontiguousarray(x[: self.n_q], float), np.ascontiguousarray(x[self.n_q :], float)
-        self.tree.residual(float(t), q, u, np.ascontiguousarray(udot, float), out, *self.workspace.arrays)
+        self.second_order.residual(float(t), q, u, np.ascontiguousarray(udot, float), out, *self.workspace.arrays)
         return out
 
     def gather(self, t: float, x: Array, udot: Array) -> None:
-        """Leave in the work array the force of every joint (W_P) for the state x that moves on with udot (n_u,)."""
-        self._refuse_short(x)
-        q, u = np.ascontiguousarray(x[: self.n_q], float), np.ascontiguousarray(x[self.n_q :], float)
-        out, arrays = np.empty(self.n_u), self.workspace.arrays
-        self.second_order.residual(float(t), q, u, np.ascontiguousarray(udot, float), out, *arrays)
+        """Leave in the work array the force of every joint (W_P) for the state x that moves on with udot (n_u,).
+
+        The multipliers of constraints are those that `rate` solved for last. Raises AttributeError where these act and
+        terms are left out.
+        """
+        if self.constraints is None:
+            self.residual(t, x, udot)
+            return
+        if self.reduced:
+            raise AttributeError("joint forces need all terms of the equations, and some are switched off (`without`)")
+        with self.constraints.pushed():
+            self.residual(t, x, udot)
 
     def _refuse_short(self, x: Array) -> None:
         """Raise ValueError for a state without its z: compiled code would read beyond its end."""
@@ -281,7 +279,7 @@ def compile_system(system: System) -> Model:
         breaks=np.unique(np.concatenate(knots)) if knots else np.zeros(0),
         renormalise=np.array(quadruples, np.int64),
         all_channels=channels,
-        rate=rate_of(system),
+        rate=constrained.rate if free_lengths(system) else equations.rate,
     )
     model = with_starts(with_constraints(tree) if system.loops or system.constraints else tree)
     check_distances(model)
@@ -295,29 +293,18 @@ def free_lengths(system: System) -> list[str]:
     return [name for name, t in tables.items() if isinstance(t, LengthTable) and isinstance(t.length, str)]
 
 
-def rate_of(system: System) -> Any:
-    """Return the compiled rate of a tree: the plain one, or that with prescribed freedoms and states z."""
-    if free_lengths(system):
-        return free_rate
-    if not (system.state_names() or any(joint.prescribed for joint in system.joints)):
-        return equations.rate
-    return rate_with_prescribed_motion
-
-
 def with_constraints(tree: Model) -> Model:
     """Return the model with its loops closed and its constraints met, started from the nearest consistent state.
 
     Raises ValueError for a loop that cannot close.
     """
-    rate = constrained_free_rate if free_lengths(tree.system) else constrained.rate
-    constraints = build_constraints(tree.system, tree.workspace, tree.n_q, tree.n_u, tree.tree.kinematic)
-    constraints = replace(constraints, rate=rate)
+    constraints = build_constraints(tree.system, tree.workspace, tree.n_q, tree.n_u, tree.second_order.kinematic)
     x0 = assembled(constraints, tree.x0, characteristic_length(tree.system), tree.mass_matrix)
     tree.workspace.store_numbers()  # what play was taken up, and which pivots are lost
     return replace(
         tree,
         constraints=constraints,
         x0=x0,
-        rate=rate,
+        rate=constrained.rate,
         project=constrained.project,
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -172,6 +174,16 @@ class Constraints:
             if record["kind"] == layout.CONSTRAINT_LOOP:
                 out[int(record["first"] + record["n_slides"]) : int(record["first"] + record["n_rows"])] = size
         return out
+
+    @contextmanager
+    def pushed(self) -> Iterator[None]:
+        """Let the residual count the forces of constraints, with the multipliers that were solved for last."""
+        work, task = self.arrays[2], int(self.closing["task"])
+        work[task] = layout.TASK_PUSH
+        try:
+            yield
+        finally:
+            work[task] = layout.TASK_PROJECT
 
     def _call_project(self, task: int, t: float, x: Array) -> None:
         """Call `project` for less than a projection. Raises ValueError for a state without its z."""

@@ -1,6 +1,6 @@
-"""The equations of motion (9) with A u = b, compiled: rate of the state, and projection onto the constraints.
+"""The equations of motion (9) with A u = b, and with free lengths: rate of the state, and projection onto constraints.
 
-Models without constraints use femflex.dynamics.motion.equations instead and never load this.
+Models without either use femflex.dynamics.motion.equations instead and never load this.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ import math
 
 from femflex.arrays import Array, Table
 from femflex.dynamics.constraints.constraint_violation import constraint_violation
+from femflex.dynamics.constraints.free_lengths import write_imbalance
 from femflex.dynamics.constraints.multipliers import factorise_products, multipliers
 from femflex.dynamics.constraints.row_reduction import whiten_rows, write_response
 from femflex.dynamics.constraints.rows import row_of, write_rows, write_targets
@@ -20,6 +21,7 @@ from femflex.dynamics.lowering.constraint_layout import closing_of, constraint_o
 from femflex.dynamics.lowering.layout import body_of, header_of, hold_of
 from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states, write_auxiliary_rates
 from femflex.dynamics.motion.equations import RATE, place_bodies
+from femflex.dynamics.motion.free_lengths import solve_lengths, write_length_rates, write_unit_blocks
 from femflex.dynamics.motion.recursion import accelerate, reduce_to_root
 from femflex.kernels.compiled import inner, kernel
 from femflex.kernels.lanes import offset, pointer
@@ -44,14 +46,17 @@ def constraint_response(table: Table, work: Array, stiff: bool) -> Array:
 @inner
 def solve_motion(t: float, q: Array, u: Array, udot: Array, table: Table, pool: Array, work: Array) -> None:
     """udot and the rows' multipliers: M udot + h = Q + A^T lambda, A udot = bdot - Adot u."""
+    is_constrained = closing_of(table)["n_constraints"] > 0
     place_bodies(t, q, u, table, pool, work)
-    clear_all_joint_forces(table, work)
+    if is_constrained:
+        clear_all_joint_forces(table, work)
     write_forces(t, q, u, table, pool, work)
     if header_of(table)["n_holds"] > 0:
         add_known_accelerations(table, work)
-    reduce_to_root(table, pool, work, 0.0, 0.0, True)
-    accelerate(table, work, udot, True)
-    constrain(t, q, u, udot, table, pool, work, False)
+    reduce_to_root(table, pool, work, 0.0, 0.0, is_constrained)
+    accelerate(table, work, udot, is_constrained)
+    if is_constrained:
+        constrain(t, q, u, udot, table, pool, work, False)
 
 
 @inner
@@ -77,15 +82,33 @@ def add_constraint_response(udot: Array, table: Table, pool: Array, work: Array,
 
 @kernel(RATE)
 def rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
-    """dx/dt of the state x = (q, u, z): qdot = N(q) u, udot of the constrained system, and zdot."""
-    records, numbers = pointer(table), pointer(pool)
+    """dx/dt of the state x = (q, u, z): qdot = N(q) u, udot of the constrained system, and zdot.
+
+    The force F on a free length stands in z for the rate of its speed. For given accelerations of the lengths the model
+    is one of specified lengths, and what their drums need is affine in these, so that one trial for each and one more
+    find them: drum force(Lddot) + drum mass Lddot = F.
+    """
+    records, numbers, scratch = pointer(table), pointer(pool), pointer(work)
     head = header_of(records)
     q, u, dq, udot = pointer(x), offset(x, head["n_q"]), pointer(dx), offset(dx, head["n_q"])
-    copy_auxiliary_states(u, records, pointer(work))
+    n, slots = head["n_free"], head["z"] + head["n_z"]
+    copy_auxiliary_states(u, records, scratch)
+    if n > 0:
+        write_unit_blocks(records, numbers, scratch)
     if head["n_holds"] > 0:
-        q, u = prescribed_state(t, q, u, records, numbers, pointer(work))
-    solve_motion(t, q, u, udot, records, numbers, pointer(work))
-    write_auxiliary_rates(offset(udot, head["n_u"]), records, pointer(work))
+        q, u = prescribed_state(t, q, u, records, numbers, scratch)
+    trials = n + 1 if n > 0 else 0  # none first, then each alone
+    for trial in range(trials + 1):
+        if trial < trials:
+            for k in range(n):
+                scratch[slots + k] = 1.0 if k + 1 == trial else 0.0
+        elif n > 0:
+            solve_lengths(records, scratch)
+        solve_motion(t, q, u, udot, records, numbers, scratch)
+        if trial < trials:
+            write_imbalance(t, q, u, udot, n if trial == 0 else trial - 1, records, numbers, scratch)
+    write_auxiliary_rates(offset(udot, head["n_u"]), records, scratch)
+    write_length_rates(offset(udot, head["n_u"]), records, numbers, scratch)
     for i in range(1, head["n_bodies"]):
         coordinate_rates(body_of(records, i), q, u, dq, numbers)
 

@@ -1,37 +1,26 @@
-"""The equations of motion of a model with loops whose deploying bodies have free lengths.
+"""What constraints do to deploying bodies of free length, and the force that each of these lacks.
 
-As `femflex.dynamics.motion.free_lengths`: for given accelerations of the lengths the model is one of specified lengths,
-whose multipliers follow, and with them what loops do at the members' own markers. The force that each drum needs is
-affine in these accelerations.
+For given accelerations of the lengths the model is one of specified lengths, whose multipliers follow, and with them
+what loops do at the members' own markers. The force that each drum needs is affine in these accelerations.
 """
 
 from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.bodies.shapes import markers_motion
-from femflex.dynamics.constraints.equations import solve_motion
-from femflex.dynamics.constraints.residual import push_rows
-from femflex.dynamics.constraints.rows import row_of
+from femflex.dynamics.constraints.rows import push_rows, row_of
 from femflex.dynamics.forces.marker_forces import power_per_length
 from femflex.dynamics.forces.system import write_forces
 from femflex.dynamics.forces.work_per_length import clear_work_per_length
-from femflex.dynamics.joints.coordinates import coordinate_rates
-from femflex.dynamics.joints.prescribed_motion import prescribed_state
 from femflex.dynamics.lowering import constraint_layout as layout
 from femflex.dynamics.lowering.constraint_layout import closing_of, constraint_of
 from femflex.dynamics.lowering.layout import VARIES, body_of, header_of
 from femflex.dynamics.lowering.unit_block import WORKED
-from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states, write_auxiliary_rates
-from femflex.dynamics.motion.equations import RATE, place_bodies
-from femflex.dynamics.motion.free_lengths import (
-    solve_lengths,
-    write_imbalance_entries,
-    write_length_rates,
-    write_unit_blocks,
-)
+from femflex.dynamics.motion.equations import place_bodies
+from femflex.dynamics.motion.free_lengths import write_imbalance_entries
 from femflex.dynamics.motion.gathering import gather_residual
-from femflex.kernels.compiled import inner, kernel
-from femflex.kernels.lanes import offset, pointer
+from femflex.kernels.compiled import inner
+from femflex.kernels.lanes import offset
 from femflex.kernels.vectors import ZERO, add, load3, scale, turn_back
 
 
@@ -68,11 +57,13 @@ def add_constraint_work(table: Table, pool: Array, work: Array) -> None:
 
 
 @inner
-def write_constrained_needs(
+def write_imbalance(
     t: float, q: Array, u: Array, udot: Array, column: int, table: Table, pool: Array, work: Array
 ) -> None:
-    """Write the deficit of force [N] of each free length, at the accelerations of lengths in their slots."""
-    solve_motion(t, q, u, udot, table, pool, work)
+    """Write the deficit of force [N] of each free length in a motion with accelerations udot (n_u,).
+
+    Lengths accelerate as their slots say, and constraints have the multipliers that were solved for.
+    """
     clear_work_per_length(table, pool)
     place_bodies(t, q, u, table, pool, work)
     write_forces(t, q, u, table, pool, work)
@@ -80,28 +71,3 @@ def write_constrained_needs(
     add_constraint_work(table, pool, work)
     gather_residual(udot, offset(work, header_of(table)["lack"]), table, pool, work)
     write_imbalance_entries(column, table, pool, work)
-
-
-@kernel(RATE)
-def constrained_free_rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
-    """dx/dt [SI] of the state x = (q, u, z) with loops, and free lengths among z."""
-    records, numbers, scratch = pointer(table), pointer(pool), pointer(work)
-    head = header_of(records)
-    q, u, dq, udot = pointer(x), offset(x, head["n_q"]), pointer(dx), offset(dx, head["n_q"])
-    n = head["n_free"]
-    slots = head["z"] + head["n_z"]
-    copy_auxiliary_states(u, records, scratch)
-    write_unit_blocks(records, numbers, scratch)
-    if head["n_holds"] > 0:
-        q, u = prescribed_state(t, q, u, records, numbers, scratch)
-    for trial in range(n + 1):  # none first, then each alone
-        for k in range(n):
-            scratch[slots + k] = 1.0 if k + 1 == trial else 0.0
-        write_constrained_needs(t, q, u, udot, n if trial == 0 else trial - 1, records, numbers, scratch)
-    solve_lengths(records, scratch)
-    solve_motion(t, q, u, udot, records, numbers, scratch)
-    dz = offset(udot, head["n_u"])
-    write_auxiliary_rates(dz, records, scratch)
-    write_length_rates(dz, records, numbers, scratch)
-    for i in range(1, head["n_bodies"]):
-        coordinate_rates(body_of(records, i), q, u, dq, numbers)

@@ -12,7 +12,7 @@ from femflex.dynamics.constraints.general_rows import general_row_times, write_g
 from femflex.dynamics.constraints.marker_motion import accelerate_marker, move_marker, push_marker
 from femflex.dynamics.lowering import constraint_layout as layout
 from femflex.dynamics.lowering.constraint_layout import closing_of, constraint_of
-from femflex.dynamics.lowering.layout import W_CIN, body_of
+from femflex.dynamics.lowering.layout import W_CIN, body_of, header_of
 from femflex.kernels.compiled import inner
 from femflex.kernels.vectors import ZERO, add, cross, dot, load3, load9, scale, store3, sub, turn
 
@@ -123,3 +123,27 @@ def push_row(c: Record, r: int, factor: float, table: Table, work: Array) -> Non
         push_marker(body_of(table, c["parent"]), f, t, c["bends_P"], c["motion_P"], work)
     f, t = scale(factor, load3(work, r + layout.R_FQ)), scale(factor, load3(work, r + layout.R_TQ))
     push_marker(body_of(table, c["child"]), f, t, c["bends_Q"], c["motion_Q"], work)
+
+
+@inner
+def push_rows(table: Table, work: Array) -> None:
+    """Put the forces of all constraints between markers on their bodies."""
+    for i in range(closing_of(table)["n_constraints"]):
+        c = constraint_of(table, i)
+        if c["kind"] != layout.CONSTRAINT_GENERAL:
+            for k in range(c["n_rows"]):
+                r = row_of(table, c["first"] + k)
+                push_row(c, r, work[r + layout.R_LAMBDA], table, work)
+
+
+@inner
+def subtract_general(out: Array, table: Table, work: Array) -> None:
+    """Subtract the forces of general rows."""
+    n_u = header_of(table)["n_u"]
+    for i in range(closing_of(table)["n_constraints"]):
+        c = constraint_of(table, i)
+        if c["kind"] == layout.CONSTRAINT_GENERAL:
+            for k in range(c["n_rows"]):
+                factor = work[row_of(table, c["first"] + k) + layout.R_LAMBDA]
+                for j in range(n_u):
+                    out[j] -= factor * work[c["general"] + k * n_u + j]

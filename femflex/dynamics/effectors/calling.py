@@ -39,15 +39,17 @@ def evaluate_effector(
     i: int,
     first: int,
     records: int,
-    shift: Vector,
-    drift: Vector,
+    origin: tuple[Vector, Vector],
     table: Table,
     pool: Array,
     work: Array,
 ) -> None:
-    """Write the inputs of effector i, call it, and keep its state rates; those from `first` on are done already."""
+    """Write the inputs of effector i, call it, and keep its state rates; those from `first` on are done already.
+
+    origin: position and velocity as of `reference_motion`
+    """
     head, e = header_of(table), effector_at(table, records + N_EFFECTOR * i)
-    write_inputs(e, first, q, u, shift, drift, table, pool, work)
+    write_inputs(e, first, q, u, origin, table, pool, work)
     evaluate(t, e, offset(work, head["z"] + e["z"]), e["out"], pool, work)
     rates, zdot = e["out"] + 6 * e["n_markers"] + e["n_freedoms"], head["zdot"] + e["z"]
     for k in range(e["n_z"]):

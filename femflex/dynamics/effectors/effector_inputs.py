@@ -61,12 +61,12 @@ def write_signals(e: Record, table: Table, work: Array) -> None:
 
 @inner
 def write_inputs(
-    e: Record, first: int, q: Array, u: Array, shift: Vector, drift: Vector, table: Table, pool: Array, work: Array
+    e: Record, first: int, q: Array, u: Array, origin: tuple[Vector, Vector], table: Table, pool: Array, work: Array
 ) -> None:
-    """Write the inputs of an effector at the placed state, after those from `first` on. shift, drift: of `origin`."""
+    """Write the inputs of an effector at the placed state, after those from `first` on."""
     if e["before"] < first:
         for k in range(e["n_markers"]):
-            write_marker_motion(e, k, port_at(table, e["markers"] + N_PORT * k), shift, drift, table, pool, work)
+            write_marker_motion(e, k, port_at(table, e["markers"] + N_PORT * k), *origin, table, pool, work)
     first_coordinate, n = e["seen"] + 18 * e["n_markers"], e["n_freedoms"]
     for k in range(n):
         handle = handle_at(table, e["freedoms"] + N_HANDLE * k)

@@ -64,10 +64,10 @@ def apply(
     t: float, q: Array, u: Array, records: int, first: int, last: int, table: Table, pool: Array, work: Array
 ) -> None:
     """Put the forces of effectors on bodies and joints, and write the rates of their states."""
-    shift, drift = reference_motion(table, pool, work)
+    origin = reference_motion(table, pool, work)
     place_craft(table, work)
     for i in range(first, last):
-        evaluate_effector(t, q, u, i, first, records, shift, drift, table, pool, work)
+        evaluate_effector(t, q, u, i, first, records, origin, table, pool, work)
         apply_forces(i, first, last, records, table, pool, work)
 
 
@@ -97,11 +97,11 @@ def report(
 ) -> None:
     """Forces, torques, efforts, channels, power and accounts of every effector."""
     position = 0
-    shift, drift = reference_motion(table, pool, work)
+    origin = reference_motion(table, pool, work)
     place_craft(table, work)
     for i in range(n):
         e = effector_at(table, records + N_EFFECTOR * i)
-        evaluate_effector(t, q, u, i, 0, records, shift, drift, table, pool, work)
+        evaluate_effector(t, q, u, i, 0, records, origin, table, pool, work)
         m, f, out = e["n_markers"], e["n_freedoms"], e["out"]
         speeds = e["seen"] + 18 * m + f
         power = 0.0

@@ -32,7 +32,7 @@ NEWTON_STEPS = 12  # most steps of that method
 def advanced(model: Model, q: Array, increment: Array) -> Array:
     """q o exp(increment): the coordinates (n_q,) after an increment (n_u,) along the quasi-velocities."""
     out = np.array(q, float)
-    model.tree.advance(
+    model.second_order.advance(
         np.ascontiguousarray(q), np.ascontiguousarray(increment), out, model.table, model.pool, model.work
     )
     return out

@@ -140,7 +140,7 @@ def law_frequency(model: Model) -> float:
         if stiffest > 0:
             q = np.ascontiguousarray(model.x0[: model.n_q])
             rhs = np.concatenate([unit, model.parts(model.x0)[2]])
-            model.tree.solve(0.0, q, rhs, out, 1.0, 0.0, 0.0, model.table, model.pool, model.work)
+            model.second_order.solve(0.0, q, rhs, out, 1.0, 0.0, 0.0, model.table, model.pool, model.work)
             squares.append(stiffest * out[law_place.u])
     return float(np.sqrt(max(squares)))
 

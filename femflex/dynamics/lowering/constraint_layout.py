@@ -18,7 +18,7 @@ CLOSING = np.dtype(
         (name, "i8")
         for name in (
             "n_constraints",
-            "task",  # work: TASK_*, of `project`
+            "task",  # work: TASK_*, of `project` and the residual
             "n_rows",  # of all constraints
             "n_hidden",  # eliminated translations, 0 or 3
             "width",  # n_u + n_hidden
@@ -64,7 +64,7 @@ CONSTRAINT = np.dtype(
     ]
 )  # fmt: skip
 
-TASK_PROJECT, TASK_MEASURE, TASK_NEAREST = 0, 1, 2
+TASK_PROJECT, TASK_MEASURE, TASK_NEAREST, TASK_PUSH = 0, 1, 2, 3
 CONSTRAINT_LOOP, CONSTRAINT_DISC, CONSTRAINT_EDGE, CONSTRAINT_GENERAL = 0, 1, 2, 3
 
 M_C = 0  # motion of a marker, inertial components: C_NM (9),

@@ -10,11 +10,12 @@ from __future__ import annotations
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.bodies.elastic import write_elastic_block, write_rows
 from femflex.dynamics.bodies.stiffening import add_varying_force
-from femflex.dynamics.forces.calls import write_resistance
-from femflex.dynamics.forces.system import write_forces
+from femflex.dynamics.forces.calls import apply_terms, call_relax, write_resistance
+from femflex.dynamics.forces.system import clear_all_joint_forces, write_forces
 from femflex.dynamics.joints.prescribed_motion import add_known_accelerations, prescribed_state
-from femflex.dynamics.lowering.layout import W_RESIST, W_TAU, body_of, header_of
-from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states, correct_auxiliary_states
+from femflex.dynamics.lowering.constraint_layout import closing_of
+from femflex.dynamics.lowering.layout import W_RESIST, W_TAU, body_of, header_of, term_of
+from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states
 from femflex.dynamics.motion.equations import place_bodies
 from femflex.dynamics.motion.recursion import accelerate, reduce_written
 from femflex.dynamics.motion.second_order import CORRECT
@@ -54,20 +55,21 @@ def resisted_accelerations(
     out: Array,
     c_d: float,
     c_k: float,
-    forced: bool,
     table: Table,
     pool: Array,
     work: Array,
 ) -> tuple[Array, Array]:
-    """out = udot + d, the accelerations of the heavier bodies and joints; forced as in `reduce_to_root`.
+    """out = udot + d, the accelerations of the heavier bodies and joints, but for what constraints change.
 
     Returns the coordinates and velocities with prescribed freedoms at their values.
     """
-    head = header_of(table)
+    head, forced = header_of(table), closing_of(table)["n_constraints"] > 0
     copy_auxiliary_states(u, table, work)
     if head["n_holds"] > 0:
         q, u = prescribed_state(t, q, u, table, pool, work)
     place_bodies(t, q, u, table, pool, work)
+    if forced:
+        clear_all_joint_forces(table, work)
     write_forces(t, q, u, table, pool, work)
     if head["n_terms"] > 0:
         write_resistance(t, q, u, c_d, c_k, table, pool, work)
@@ -81,6 +83,40 @@ def resisted_accelerations(
     reduce_written(table, pool, work, c_d, c_k, forced)
     accelerate(table, work, out, forced)
     return q, u
+
+
+@inner
+def correct_auxiliary_states(
+    t: float,
+    q: Array,
+    u: Array,
+    step: Array,
+    zdot: Array,
+    c_d: float,
+    out: Array,
+    table: Table,
+    pool: Array,
+    work: Array,
+) -> None:
+    """Write Newton's correction of the given dz/dt to out (n_z,): (1 - c_d J)^-1 (zdot - given).
+
+    zdot is that at the velocities u + c_d step, which the same iteration has found: states that follow velocities
+    faster than the step would lag an iteration behind otherwise. J = dzdot/dz is known to the terms whose states
+    they are.
+    """
+    head = header_of(table)
+    if head["relaxes"] == 1:
+        velocities = offset(work, head["moved_u"])
+        for k in range(head["n_u"]):
+            velocities[k] = u[k] + c_d * step[k]
+        place_bodies(t, q, velocities, table, pool, work)
+        apply_terms(t, q, velocities, table, pool, work)  # for the rates; the forces are not used any more
+    for k in range(head["n_z"]):
+        out[k] = work[head["zdot"] + k] - zdot[k]
+    for i in range(head["n_terms"]):
+        term = term_of(table, i)
+        if term["relax"] != 0:
+            call_relax(term["relax"], t, zdot, c_d, out, term["at"], term["n"], table, pool, work)
 
 
 @inner
@@ -111,16 +147,10 @@ def correct(
 ) -> None:
     """out = -(M + c_d D + c_k K)^-1 (M udot + h - Q) at the state (q, u), in O(n); sddot - udot if prescribed.
 
-    The part of out for the states follows (see `correct_auxiliary_states`).
+    Of models without constraints and free lengths. The part of out for the states z follows
+    (see `correct_auxiliary_states`).
     """
-    records, numbers, scratch, accelerations, rates = (
-        pointer(table),
-        pointer(pool),
-        pointer(work),
-        pointer(out),
-        pointer(udot),
-    )
-    x, v = resisted_accelerations(
-        t, pointer(q), pointer(u), rates, accelerations, c_d, c_k, False, records, numbers, scratch
-    )
+    records, numbers, scratch = pointer(table), pointer(pool), pointer(work)
+    accelerations, rates = pointer(out), pointer(udot)
+    x, v = resisted_accelerations(t, pointer(q), pointer(u), rates, accelerations, c_d, c_k, records, numbers, scratch)
     subtract_rates(t, x, v, accelerations, rates, c_d, records, numbers, scratch)

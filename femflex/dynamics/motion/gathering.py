@@ -8,12 +8,10 @@ from femflex.dynamics.bodies.elastic import write_rows
 from femflex.dynamics.bodies.inertia import accelerate_uniformly, zero_forces
 from femflex.dynamics.bodies.slaves import write_tied_mass
 from femflex.dynamics.forces.calls import write_resistance
-from femflex.dynamics.forces.system import write_forces
 from femflex.dynamics.joints.prescribed_motion import (
     add_known_accelerations,
     is_prescribed_now,
     prescribed_state,
-    write_prescribed_rows,
 )
 from femflex.dynamics.lowering.layout import W_ACC, W_BIAS, W_CIN, W_CIP, W_H, W_M, W_P, W_R, W_TAU, body_of, header_of
 from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states
@@ -34,25 +32,6 @@ from femflex.kernels.pairs import (
 )
 from femflex.kernels.spatial import Rows, six_rows
 from femflex.kernels.vectors import ZERO, add, load3, load9, load_rows, scale, store3, turn, turn_back
-
-
-@inner
-def write_residual(
-    t: float, q: Array, u: Array, udot: Array, out: Array, table: Table, pool: Array, work: Array
-) -> None:
-    """out = M udot + h - Q: forces of motion and strain, loads and springs, then the inertia forces of udot.
-
-    On the rows of prescribed freedoms out = udot - sddot.
-    """
-    has_prescribed = header_of(table)["n_holds"] > 0
-    copy_auxiliary_states(u, table, work)
-    if has_prescribed:
-        q, u = prescribed_state(t, q, u, table, pool, work)
-    place_bodies(t, q, u, table, pool, work)
-    write_forces(t, q, u, table, pool, work)
-    gather_residual(udot, out, table, pool, work)
-    if has_prescribed:
-        write_prescribed_rows(udot, out, table, work)
 
 
 @inner

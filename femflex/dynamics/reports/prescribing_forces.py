@@ -11,7 +11,7 @@ from femflex.arrays import Array, Table
 from femflex.dynamics.joints.prescribed_motion import prescribed_state
 from femflex.dynamics.lowering.layout import header_of
 from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states
-from femflex.dynamics.motion.prescribed_motion import write_accelerations
+from femflex.dynamics.motion.equations import write_accelerations
 from femflex.dynamics.reports.observe import OBSERVE
 from femflex.kernels.compiled import inner, kernel
 from femflex.kernels.lanes import offset, pointer

@@ -15,12 +15,14 @@ counted; nor is gravity of an orbit on arriving mass.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from femflex.arrays import Array
+from femflex.dynamics.constraints.residual import residual
 from femflex.dynamics.lowering.layout import (
     HEADER,
     N_HEADER,
@@ -38,7 +40,6 @@ from femflex.dynamics.lowering.layout import (
     body_records,
 )
 from femflex.dynamics.lowering.unit_block import WORKED
-from femflex.dynamics.motion.residual import residual
 from femflex.dynamics.reports.drum import CHANNELS, drum_channels, drum_row, lengths_of, section_channels
 from femflex.dynamics.reports.forces_at_markers import acting_forces, constraint_forces
 from femflex.dynamics.reports.material import BodyMotion, flow_power, growth_power, stiffness_power, strain_power
@@ -179,10 +180,10 @@ def gather_forces(model: Model, t: float, x: Array) -> None:
         unit = int(b["unit"])
         model.pool[unit - WORKED] = 0.0
         model.pool[unit : unit + table.size] = table.block_at(length_at(model, name, t, x)[0], 1.0)
-    if model.constraints is None or model.reduced:
+    with nullcontext() if model.constraints is None or model.reduced else model.constraints.pushed():
         residual(t, q, u, udot.copy(), np.empty(model.n_u), *model.workspace.arrays)
+    if model.constraints is None or model.reduced:
         return
-    model.second_order.residual(t, q, u, udot.copy(), np.empty(model.n_u), *model.workspace.arrays)
     for name, table in lengths_of(model.system).items():
         k = 1 + model.system.order.index(name)
         b, motion = body_records(model.table)[k], body_motion(model, k)

@@ -10,9 +10,8 @@ from femflex.dynamics.forces.gravity import find_center_of_mass, gravity_field, 
 from femflex.dynamics.forces.system import clear_forces
 from femflex.dynamics.joints.forces import write_spring_forces
 from femflex.dynamics.lowering.layout import BALL_NONE, ORBIT_NONE, W_OMEGA, W_TAU, body_of, header_of, hold_of, term_of
-from femflex.dynamics.motion.equations import place_bodies
+from femflex.dynamics.motion.equations import place_bodies, write_accelerations
 from femflex.dynamics.motion.gathering import gather_residual
-from femflex.dynamics.motion.prescribed_motion import write_accelerations
 from femflex.dynamics.terms.rows import (
     CUBIC_STRAIN,
     DAMPERS,

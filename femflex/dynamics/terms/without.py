@@ -22,7 +22,6 @@ from femflex.dynamics.terms.by_source import (
 )
 from femflex.dynamics.terms.equation_terms import BY_NAME
 from femflex.dynamics.terms.reduced import reduced_rate
-from femflex.dynamics.terms.reduced_constraints import reduced_constrained_rate
 from femflex.dynamics.workspace import Workspace
 from femflex.system import Effector, System
 from femflex.warning import PhysicsWarning
@@ -184,7 +183,5 @@ def with_reduced_equations(model: Model, omitted: tuple[str, ...]) -> Model:
     table[:N_HEADER].view(HEADER)[0]["kept"] = len(original.numbers)
     workspace = Workspace(table, numbers, original.n_work, original.varies)
     model = replace(model, workspace=workspace, omitted=omitted)
-    if model.constraints is None:
-        return replace(model, rate=reduced_rate)
-    tied = replace(model.constraints, workspace=workspace, rate=reduced_constrained_rate)
-    return replace(model, rate=reduced_constrained_rate, constraints=tied)
+    tied = model.constraints and replace(model.constraints, workspace=workspace, rate=reduced_rate)
+    return replace(model, rate=reduced_rate, constraints=tied)
