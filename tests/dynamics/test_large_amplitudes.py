@@ -12,7 +12,7 @@ from support.elastica import EI, LENGTH, SECTION, elastica
 
 from femflex import equilibrium, fem, reduction, system
 from femflex.dynamics import compile_system
-from femflex.dynamics.reports.marker_motion import marker_motion
+from femflex.dynamics.reports.markers import marker_motion
 from femflex.dynamics.terms.without import linearised_body
 from femflex.integrate import integrator
 from femflex.mesh import line

@@ -1,4 +1,4 @@
-"""What constraints do to deploying bodies of free length, and the force that each of these lacks.
+"""Work of constraints on deploying bodies of free length, and the force that each of these lacks.
 
 For given accelerations of the lengths the model is one of specified lengths, whose multipliers follow, and with them
 what loops do at the members' own markers. The force that each drum needs is affine in these accelerations.

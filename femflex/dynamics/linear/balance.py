@@ -143,7 +143,7 @@ def finely_balanced(problem: Steady, first: Balance) -> Balance:
         refined = replace(best, neutral=step.neutral, directions=problem.sizes[:, None] * step.directions)
         if longest <= SLOWLY_SETTLED:
             return refined
-        best = balance(problem, problem.moved(best.q, step.move * min(1.0, LONGEST / longest)), 1.0)
+        best = balance(problem, problem.coordinates_after(best.q, step.move * min(1.0, LONGEST / longest)), 1.0)
         if not best.balanced:
             return first
     return first
@@ -213,7 +213,7 @@ def relaxed(problem: Steady, q: Array, share: float, compliance: Array) -> Array
         size = float(np.linalg.norm(move))
         if not size < before:
             break
-        q, before = problem.moved(q, move), size
+        q, before = problem.coordinates_after(q, move), size
     return q
 
 
@@ -224,7 +224,7 @@ def _line_search(
     before = merit(unbalanced_forces(problem, q, share)[0])
     for k in range(HALVINGS):
         factor = 0.5**k
-        trial = relaxed(problem, problem.moved(q, factor * move), share, compliance)
+        trial = relaxed(problem, problem.coordinates_after(q, factor * move), share, compliance)
         after = merit(unbalanced_forces(problem, trial, share)[0])
         if np.isfinite(after) and after <= before * (1.0 - 1e-4 * factor):
             return trial, True
@@ -285,4 +285,4 @@ def _descend(problem: Steady, q: Array, g: Array, K: Array, move: Array) -> Arra
 
 def _displaced(problem: Steady, q: Array, K: Array, move: Array) -> Array:
     compliance = stiff_compliance(problem, q, 1.0, problem.constraint_matrix(q), K)
-    return relaxed(problem, problem.moved(q, move), 1.0, compliance)
+    return relaxed(problem, problem.coordinates_after(q, move), 1.0, compliance)

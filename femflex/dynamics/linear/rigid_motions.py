@@ -25,7 +25,7 @@ from femflex.dynamics.linear.increments import advanced
 from femflex.dynamics.linear.states import STEP
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model
-from femflex.dynamics.reports.marker_motion import base_attitude
+from femflex.dynamics.reports.markers import base_attitude
 from femflex.rotations import dcm_from_quaternion, vector_from_dcm
 
 MOTIONS = tuple(f"{kind} {axis}" for kind in ("translation", "rotation") for axis in "xyz")  # of a frame at rest

@@ -129,7 +129,7 @@ class Steady:
         stiff = values > SLACK * values.max(initial=0.0)
         return Z @ V[:, stiff], Z @ V[:, ~stiff]
 
-    def moved(self, q: Array, move: Array) -> Array:
+    def coordinates_after(self, q: Array, move: Array) -> Array:
         """The coordinates after a move (n_u,) in usual sizes, their loops closed again by the shortest way."""
         q = advanced(self.full, q, move * self.sizes)
         if self.full.constraints is None:

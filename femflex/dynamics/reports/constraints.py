@@ -8,7 +8,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.dynamics.lowering import constraint_layout as layout
-from femflex.dynamics.reports.marker_motion import marker_motion
+from femflex.dynamics.reports.markers import marker_motion
 from femflex.dynamics.reports.report import Observation, Report
 from femflex.dynamics.reports.row import XYZ
 from femflex.system import Channel, Nonholonomic, System

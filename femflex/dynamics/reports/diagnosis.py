@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.constraints.conflicts import ENTRY_TOLERANCE, prescribed_coordinates
+from femflex.dynamics.constraints.conflicts import ENTRY_TOLERANCE, flat_disc_text, prescribed_coordinates
 from femflex.dynamics.constraints.conflicts import violated_text as told_unheld
-from femflex.dynamics.constraints.discs import flat_disc_text
 from femflex.dynamics.joints.places import joint_places, prescribed_states
 from femflex.dynamics.user_functions import user_function_fault
 from femflex.system import LengthTable

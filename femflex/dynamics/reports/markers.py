@@ -10,7 +10,7 @@ On a body cut into segments deflections are counted from the undeformed body, an
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,12 +21,14 @@ from femflex.dynamics.lowering.lower import reported_markers
 from femflex.dynamics.reports.bodies import can_move, undeformed_place
 from femflex.dynamics.reports.report import Observation, RowReport
 from femflex.dynamics.reports.row import IN_MARKER, MARKER, MARKER_WIDTH, origin_text, worded
+from femflex.rotations import dcm_from_quaternion, dcm_from_vector
 from femflex.system import Channel, System
 from femflex.system.connections import tie_markers
 from femflex.system.segments import marker_label
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
+
 
 POSITION, DEFLECTION = (slice(first, first + 3) for first in (IN_MARKER.position, IN_MARKER.deflection))
 
@@ -105,3 +107,27 @@ def body_fields(model: Model, times: Array, states: Array, bodies: list[int]) ->
             fields[j, i, 0] = acceleration[:3] - C @ gravity
             fields[j, i, 1:] = np.cross(acceleration[4:7], e) + np.outer(omega, omega) - omega @ omega * e
     return fields, turns
+
+
+def marker_motion(
+    system: System, times: Array, channels: Mapping[str, Array], body: str | None, marker: str
+) -> tuple[Array, Array]:
+    """Place r_M (n_t, 3) and C_NM (n_t, 3, 3) of a marker, inertial components, turned on its body as its shapes say.
+
+    Without a body those of the base frame.
+    """
+    if body is None:
+        return np.zeros((len(times), 3)), base_attitude(system, times, channels)
+    m = system.bodies[body].marker(marker)
+    C_NB = dcm_from_quaternion(channels[f"bodies/{body}/attitude"])
+    delta = channels[f"bodies/{body}/delta"] if m.phi.size else np.zeros((len(times), 0))
+    position = channels[f"bodies/{body}/position"] + np.einsum("tij,tj->ti", C_NB, m.position + delta @ m.phi.T)
+    return position, C_NB @ dcm_from_vector(m.rotation_vector(delta)) @ m.orientation
+
+
+def base_attitude(system: System, times: Array, channels: Mapping[str, Array]) -> Array:
+    """C_NF (n_t, 3, 3) of the base frame."""
+    if system.frame.kind == "orbital":
+        return dcm_from_quaternion(channels["orbit/attitude"])
+    rate = system.frame.rate if system.frame.kind == "spinning" else np.zeros(3)
+    return dcm_from_vector(np.asarray(times)[:, None] * rate)

@@ -11,7 +11,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.dynamics.lowering.layout import W_CIN, W_P, body_records
-from femflex.dynamics.reports.marker_motion import marker_motion
+from femflex.dynamics.reports.markers import marker_motion
 from femflex.dynamics.reports.report import Observation, Report
 from femflex.dynamics.reports.row import XYZ
 from femflex.system import Channel, Joint, System

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.reports.marker_motion import marker_motion
+from femflex.dynamics.reports.markers import marker_motion
 from femflex.dynamics.reports.report import Observation, Report
 from femflex.dynamics.reports.row import XYZ
 from femflex.rotations import dcm_from_quaternion
