@@ -51,18 +51,15 @@ class Dop853(Adaptive):
 
     def filler(self, model: Model) -> Fill:
         """The compiled loop of `dop853_kernel` (compiled on first use in a fresh installation, else read from disk)."""
-        arrays, switch, projection = (model.table, model.pool, model.work), switch_of(model), projection_of(model)
+        calls, arrays = (projection_of(model), model.rate, switch_of(model)), (model.table, model.pool, model.work)
         renormalise = np.ascontiguousarray(model.renormalise, np.int64)
         k, scratch = np.zeros((N_STAGES, model.n_x)), np.zeros((N_SCRATCH, model.n_x))
 
         def fill_rows(
             state: Array, vectors: Array, times: Array, rows: Array, span: Span, budget: int
         ) -> tuple[int, int]:
-            limits = (self.rtol, vectors[-1], self.max_step)
-            storage = (state, vectors, k, scratch)
-            return fill(
-                model.rate, switch, projection, arrays, span, renormalise, *limits, *storage, times, rows, budget
-            )
+            tolerances, storage = (self.rtol, vectors[-1], self.max_step), (state, vectors, k, scratch)
+            return fill(calls, arrays, span, renormalise, tolerances, storage, times, rows, budget)
 
         return fill_rows
 

@@ -160,28 +160,20 @@ def write_rows(
     return row
 
 
-_TOLERANCES = (REAL, VECTOR, REAL)  # rtol, atol, max_step
-_STORAGE = (VECTOR, TABLE, TABLE, TABLE)  # state, vectors, k, scratch
-_OUTPUT = (VECTOR, TABLE)  # times, rows
-_CALLS = (types.FunctionType(RATE), types.FunctionType(SWITCH), PROJECTION)
-_SIGNATURE = ENDED(*_CALLS, MODEL_ARRAYS, SPAN, INDICES, *_TOLERANCES, *_STORAGE, *_OUTPUT, INTEGER)
+_TOLERANCES = types.Tuple((REAL, VECTOR, REAL))
+_STORAGE = types.Tuple((VECTOR, TABLE, TABLE, TABLE))
+_CALLS = types.Tuple((PROJECTION, types.FunctionType(RATE), types.FunctionType(SWITCH)))  # Numba warns of a call first
+_SIGNATURE = ENDED(_CALLS, MODEL_ARRAYS, SPAN, INDICES, _TOLERANCES, _STORAGE, VECTOR, TABLE, INTEGER)
 
 
 @kernel(_SIGNATURE)
 def fill(
-    rate: Call,
-    switch: Call,
-    projection: Projection,
+    calls: tuple[Projection, Call, Call],
     arrays: ModelArrays,
     span: Span,
     renormalise: IntArray,
-    rtol: float,
-    atol: Array,
-    max_step: float,
-    state: Array,
-    vectors: Array,
-    k: Array,
-    scratch: Array,
+    tolerances: tuple[float, Array, float],
+    storage: tuple[Array, Array, Array, Array],
     times: Array,
     rows: Array,
     budget: int,
@@ -189,7 +181,11 @@ def fill(
     """Take at most `budget` trial steps; return the status (FULL, END, PAUSE, STUCK) and the number of rows written.
 
     `times` starts with the first output time that is not written yet and continues beyond the last requested row.
+    tolerances: relative, absolute and the longest step; storage: resume state, kept vectors, stages and scratch
     """
+    projection, rate, switch = calls
+    rtol, atol, max_step = tolerances
+    state, vectors, k, scratch = storage
     row = 0
     x, y = vectors[X], scratch[Y]
     while True:

@@ -77,7 +77,7 @@ class Esdirk4(Adaptive):
     def filler(self, model: Model) -> Fill:
         """The compiled loop of `esdirk_kernel`."""
         second_order, arrays = self.second_order_calls(model), (model.table, model.pool, model.work)
-        calls = (model.rate, second_order.correct, second_order.kinematic, switch_of(model), projection_of(model))
+        calls = (projection_of(model), model.rate, second_order.correct, second_order.kinematic, switch_of(model))
         renormalise = np.ascontiguousarray(model.renormalise, np.int64)
         k, scratch = np.zeros((N_STAGES, model.n_x)), np.zeros((N_SCRATCH, model.n_x))
 
@@ -86,7 +86,7 @@ class Esdirk4(Adaptive):
         ) -> tuple[int, int]:
             settings = (float(self.step or 0.0), self.rtol, vectors[-1], self.max_step)
             storage = (state, vectors, k, scratch)
-            return fill(*calls, arrays, span, renormalise, second_order.n_q, *settings, *storage, times, rows, budget)
+            return fill(calls, arrays, span, renormalise, second_order.n_q, settings, storage, times, rows, budget)
 
         return fill_rows
 

@@ -137,39 +137,33 @@ def stages(
     return True
 
 
-_CALLS = (*(types.FunctionType(call) for call in (RATE, CORRECT, KINEMATIC, SWITCH)), PROJECTION)
-_SETTINGS = (REAL, REAL, VECTOR, REAL)  # fixed, rtol, atol, max_step
-_STORAGE = (VECTOR, TABLE, TABLE, TABLE)  # state, vectors, k, scratch
-_SIGNATURE = ENDED(*_CALLS, MODEL_ARRAYS, SPAN, INDICES, INTEGER, *_SETTINGS, *_STORAGE, *(VECTOR, TABLE), INTEGER)
+_CALLS = types.Tuple((PROJECTION, *(types.FunctionType(call) for call in (RATE, CORRECT, KINEMATIC, SWITCH))))
+_SETTINGS = types.Tuple((REAL, REAL, VECTOR, REAL))
+_STORAGE = types.Tuple((VECTOR, TABLE, TABLE, TABLE))
+_SIGNATURE = ENDED(_CALLS, MODEL_ARRAYS, SPAN, INDICES, INTEGER, _SETTINGS, _STORAGE, VECTOR, TABLE, INTEGER)
 
 
 @kernel(_SIGNATURE)
 def fill(
-    rate: Call,
-    correct: Call,
-    kinematic: Call,
-    switch: Call,
-    projection: Projection,
+    calls: tuple[Projection, Call, Call, Call, Call],
     arrays: ModelArrays,
     span: Span,
     renormalise: IntArray,
     n_q: int,
-    fixed: float,
-    rtol: float,
-    atol: Array,
-    max_step: float,
-    state: Array,
-    vectors: Array,
-    k: Array,
-    scratch: Array,
+    settings: tuple[float, float, Array, float],
+    storage: tuple[Array, Array, Array, Array],
     times: Array,
     rows: Array,
     budget: int,
 ) -> tuple[int, int]:
     """Take at most `budget` trial steps; return the status (FULL, END, PAUSE, STUCK) and the number of rows written.
 
-    With fixed > 0 every step that converges is accepted and has that size.
+    settings: fixed step, relative and absolute tolerance, the longest step. With a fixed step above 0 every step that
+    converges is accepted and has that size. storage: resume state, kept vectors, stages and scratch
     """
+    projection, rate, correct, kinematic, switch = calls
+    fixed, rtol, atol, max_step = settings
+    state, vectors, k, scratch = storage
     row = 0
     x, y = vectors[X], scratch[Y]
     while True:
