@@ -13,7 +13,7 @@ from femflex.assembly.deploying import with_lengths_at
 from femflex.assembly.open_choices import open_joints
 from femflex.assembly.static_shapes import static_shapes
 from femflex.case.case import Case
-from femflex.dynamics.linear.elastic_response import ElasticResponse
+from femflex.dynamics.linear.elastic_motion import ElasticResponse
 from femflex.noun.problems import CaseError
 from femflex.pipeline.start import system_of
 from femflex.system import System

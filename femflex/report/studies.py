@@ -17,7 +17,7 @@ from femflex.writing import atomic_file
 if TYPE_CHECKING:
     from femflex.studies import Convergence, FunctionStudy, StrainStudy
     from femflex.studies.campbell import Campbell
-    from femflex.studies.stability.case_stability import CaseStability
+    from femflex.studies.stability.of_case import CaseStability
     from femflex.studies.sweep.sweep import Sweep
     from femflex.view.stability import ChartData
 
