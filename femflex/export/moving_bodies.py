@@ -52,7 +52,7 @@ class MovingBody:
 
     @property
     def weights(self) -> Array:
-        """Amplitudes (n_t, k) of the shapes that are kept."""
+        """Amplitudes (n_t, k) [kg^1/2 m] of the shapes that are kept."""
         return self.amplitudes[:, self.kept]
 
     def points(self, k: int) -> Array:
@@ -139,14 +139,14 @@ def moving_craft(run: Run, camera: str = "auto", most: int = 0) -> MovingCraft:
         moved = np.abs(delta).max(axis=0, initial=0.0) * skin.max_displacement
         kept = np.flatnonzero(moved > ROUNDING * size)
         relative = np.einsum("tji,tj->ti", axes, position[name] - origin)
-        bodies.append(MovingBody(name, skin, relative, turned(axes, e), delta, kept))
+        bodies.append(MovingBody(name, skin, relative, quaternions_of_camera(axes, e), delta, kept))
     drawn = {name: extended_skin(skin) if segmented_body_of(name, whole) else skin for name, skin in skins.items()}
     scale = automatic_scale(float(displacement(run, outer_skins(drawn))[1].max(initial=0.0)), size)
     return MovingCraft(times, tuple(bodies), kind, 1 if kind == "orbital" else 2, size, scale)
 
 
-def turned(axes: Array, e: Array) -> Array:
-    """Quaternions (n_t, 4) of C_VB from those of C_NB and C_NV (n_t, 3, 3), normalised, with continuous signs."""
+def quaternions_of_camera(axes: Array, e: Array) -> Array:
+    """Rotations C_VB as quaternions (n_t, 4) with continuous signs, from those of C_NB and from C_NV (n_t, 3, 3)."""
     from scipy.spatial.transform import Rotation
 
     rotation = Rotation.from_matrix(axes).inv() * Rotation.from_quat(e[:, [1, 2, 3, 0]])

@@ -28,7 +28,10 @@ def history(group: Sequence[Curve], duration: float) -> dict[str, Any]:
 def lines(
     curves: Iterable[tuple[str, Array, Array]], x: str, y: str, marks: bool = False, **axes: Any
 ) -> dict[str, Any]:
-    """Curves (name, x, y), with the titles of their axes; marks: with their points; axes: settings of `yaxis`."""
+    """A figure of curves (name, x (n,), y (n,)), and titles of its axes with units.
+
+    marks: with their points;  axes: settings of `yaxis`
+    """
     colours = THEMES["light"].lines
     data = []
     for k, (name, abscissa, ordinate) in enumerate(curves):
@@ -63,7 +66,7 @@ def layout(x: str, y: str, legend: bool, **yaxis: Any) -> dict[str, Any]:
 
 
 def fewer(x: Array, y: Array) -> tuple[Array, Array]:
-    """At most MOST points of a curve, with the least and the largest value of every stretch."""
+    """At most MOST points (n,) of a curve, in its units, with the least and the largest value of every stretch."""
     if len(x) <= MOST or not np.isfinite(y).all():
         return x, y
     edges = np.linspace(0, len(x), MOST // 2 + 1).astype(np.int64)

@@ -44,7 +44,7 @@ class Spectrum:
 
 
 def check_finite(time: Array, values: Array) -> None:
-    """Raise ValueError where a record (n_t,) that is to be transformed is not finite."""
+    """Raise ValueError where a record (n_t,), of any unit, that is to be transformed is not finite."""
     if not np.isfinite(values).all():
         t = time[int(np.argmin(np.isfinite(values)))]
         raise ValueError(f"a spectrum needs finite values; the first that is not is at t = {t:g} s")

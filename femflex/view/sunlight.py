@@ -87,7 +87,7 @@ class SunlitFaces:
         return np.asarray((position + points.astype(float) @ attitude.T)[self._cells])
 
     def paint(self, light: Array) -> None:
-        """Colour the cells by the light (k,) on their fronts, and by minus it on their backs."""
+        """Colour the cells by the light (k,) [1] on their fronts, and by minus it on their backs."""
         self._data.cell_data["sunlight"][:] = light if self.closed else np.concatenate([light, -light])
         self._data.GetCellData().GetArray("sunlight").Modified()
         self._data.Modified()

@@ -199,11 +199,11 @@ class Enhanced:
         return Enhanced(self.slope[elements], self.response[elements])
 
     def strains(self) -> Array:
-        """Strains (e, q, 6, 9) per a."""
+        """Strains (e, q, 6, 9) [1] per a."""
         return enhanced_strains(self.slope)
 
     def rows(self) -> Array:
-        """Strains (e, q, 6, 3 k) per dof."""
+        """Strains (e, q, 6, 3 k) [1/m] per dof."""
         return np.matmul(self.strains(), self.response[:, None])
 
     def stiffness(self, weight: Array, elastic: Array) -> Array:
