@@ -16,7 +16,6 @@ from femflex.case.tree import root_problems, tree_problems
 from femflex.effectors.noun import MarkerPair
 from femflex.effectors.sensor import Sensor
 from femflex.effectors.surfaces.surface import Surface
-from femflex.effectors.surroundings.noun import Surrounding
 from femflex.noun.problems import Problem, suggestion_text
 
 
@@ -180,14 +179,11 @@ def date_problems(outline: Outline) -> Iterator[Problem]:
     end = _run_length(outline)
     if end is None or outline.environment is None or (epoch := outline.environment.epoch) is None:
         return
-    dated = {
-        key_path: noun
-        for key_path, noun in outline.mounted.items()
-        if isinstance(noun, Surrounding) and getattr(noun, "direction", None) is None
-    }
     last = 2000.0 + (epoch + end / 86400.0) / 365.25
-    for key_path, noun in dated.items():
-        if noun.years is not None and last > noun.years[1] >= 2000.0 + epoch / 365.25:
+    for key_path, noun in outline.surroundings.items():
+        if noun is None or noun.years is None or getattr(noun, "direction", None) is not None:
+            continue
+        if last > noun.years[1] >= 2000.0 + epoch / 365.25:
             yield Problem(
                 key_path,
                 f"the run ends in the year {last:.1f}; the {noun.label} is known from {noun.years[0]:g} to "

@@ -37,6 +37,7 @@ def mounted_kinds() -> dict[str, Any]:
     return {heading: table_of(kinds) for heading, kinds in nouns().items() if "body" in kinds[0].model_fields}
 
 
+SURROUNDINGS = "surroundings"  # their heading
 ADAPTERS: dict[int, tuple[Any, TypeAdapter[Any]]] = {}  # by the identity of the type, which is kept alive here
 
 
@@ -47,6 +48,7 @@ class Outline:
     bodies  by name; joints, loads, loops, constraints, springs and sights by their label in key paths, such as
             "joints[panel]"
     mounted wheels, gyros, thrusters, tanks, separation springs, cables and sensors by their label, as "wheels.w1"
+    surroundings by their label, as "surroundings.sun"
     names   of the entries of materials and sections, valid or not
     """
 
@@ -61,6 +63,7 @@ class Outline:
     between: Mapping[str, MarkerLink | None]
     sights: Mapping[str, SightTable | None]
     mounted: Mapping[str, Any]
+    surroundings: Mapping[str, Any]
     pictures: PicturesTable | None
     study: StudyTable | None
     campbell: CampbellTable | None
@@ -87,6 +90,7 @@ def outline_of_case(case: Case, raw: Mapping[str, Any]) -> Outline:
         between=_label_list(raw, "constraints", case.constraints) | _label_list(raw, "springs", case.springs),
         sights=_label_list(raw, "sights", case.sights),
         mounted=mounted,
+        surroundings=_label_named(SURROUNDINGS, getattr(case, SURROUNDINGS)),
         pictures=case.pictures,
         study=case.study,
         campbell=case.campbell,
@@ -114,6 +118,7 @@ def outline_of_tables(raw: Mapping[str, Any]) -> Outline:
         between=_read_list(raw, "constraints", Constraint) | _read_list(raw, "springs", Spring),
         sights=_read_list(raw, "sights", SightTable),
         mounted=mounted,
+        surroundings=_read_named(raw, SURROUNDINGS, table_of(nouns()[SURROUNDINGS])),
         pictures=_valid_or_none(PicturesTable, raw.get("pictures")),
         study=_valid_or_none(StudyTable, raw.get("study")),
         campbell=_valid_or_none(CampbellTable, raw.get("campbell")),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -54,7 +55,7 @@ class SurfaceForce(EffectorNoun):
     def on_bodies(self, name: str, context: Context) -> list[Effector]:
         """One effector for each body, named after both. Raises ValueError for a body without a surface."""
         inputs, head, surfaces = self.sources(context), self.head(context), surfaces_of_craft(context)
-        chosen = self.chosen_bodies(surfaces)
+        chosen = [body for body in self.chosen_bodies(surfaces) if surfaces[body]]
         return [self._effector(f"{name}_{body}", body, surfaces[body], inputs, head) for body in chosen]
 
     def chosen_bodies(self, surfaces: Mapping[str, object]) -> tuple[str, ...]:
@@ -97,12 +98,14 @@ def _normal_and_size(area: Array) -> tuple[Array, Array]:
 
 
 def surfaces_of_craft(context: Context) -> dict[str, dict[str, list[Facet]]]:
-    """Body -> marker -> the facets that move with it, of all surfaces. Raises ValueError."""
+    """Body -> marker -> the facets that move with it, of all surfaces but those that raise errors of their own."""
     out: dict[str, dict[str, list[Facet]]] = {}
     for noun in context.nouns.values():
         if isinstance(noun, Surface):
-            for marker, facets in noun.facets(context).items():
-                out.setdefault(noun.body, {}).setdefault(marker, []).extend(facets)
+            facets_of_body = out.setdefault(noun.body, {})
+            with suppress(ValueError):
+                for marker, facets in noun.facets(context).items():
+                    facets_of_body.setdefault(marker, []).extend(facets)
     return out
 
 

@@ -47,9 +47,9 @@ class SolarPressure(Light, heading="solar_pressure"):
     def effectors(self, name: str, context: Context = ALONE) -> Sequence[Effector | Controller]:
         """One effector for each body, and where shadow counts the controller that finds the lit parts."""
         pushed = self.on_bodies(name, context)
-        if self.shadow_period is None:
-            return pushed
         surfaces = surfaces_of_craft(context)
+        if self.shadow_period is None or not all(surfaces.values()):  # a surface with mistakes reports them itself
+            return pushed
         lit = self.chosen_bodies(surfaces)
         sampled = shadow(f"{name}_shadow", self.sun, self.shadow_period, surfaces, lit, context)
         numbers = iter(sampled.memory_names())
