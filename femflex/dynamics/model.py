@@ -258,7 +258,7 @@ def compile_system(system: System) -> Model:
     Raises ValueError for an effector whose function cannot be compiled or leaves its arrays at the initial state, and
     for a sensor or a threshold that is no channel.
     """
-    channels = Channels.of(system)
+    channels = Channels.of_system(system)
     reported = channels.reported()
     if problems := sensor_problems(system, reported) + threshold_problems(system, reported):
         raise ValueError("\n".join(problems))

@@ -139,7 +139,7 @@ class _Grid:
         return mesh
 
     def summary(self) -> list[str]:
-        """What the file has, as lines."""
+        """Return lines that say which instants, arrays and bodies the file has."""
         arrays = ["displacement", "deformation", *(["von_mises_stress"] if self.paints else [])]
         names = ", ".join(f"{k} {body.name}" for k, body in enumerate(self.craft.bodies))
         return [

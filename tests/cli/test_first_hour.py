@@ -13,7 +13,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 
 
-def test_no_verb_tells_what_to_do(femflex):
+def test_first_steps_without_a_verb(femflex):
     code, out, _ = femflex()
     assert code == 0 and all(word in out for word in ("doctor", "examples", "new", "check", "run", "--help"))
 

@@ -70,7 +70,7 @@ class Channels:
     n_row: int
 
     @classmethod
-    def of(cls, system: System) -> Channels:
+    def of_system(cls, system: System) -> Channels:
         """Those of a system."""
         by_report = {report: channels for report in reports() if (channels := report.channels(system))}
         columns: dict[str, slice | int] = {}

@@ -122,7 +122,7 @@ class Surface(EffectorNoun, heading="surfaces"):
             else:
                 gap = NEIGHBOURS * math.sqrt(patches.size[k])
                 other = back if back or patches.solid else front
-                out[marker] = [Facet(FLAT, normal, np.zeros(3), front, other, _turned(at, normal), gap)]
+                out[marker] = [Facet(FLAT, normal, np.zeros(3), front, other, _counter_clockwise(at, normal), gap)]
         return out
 
     def _check_alone(self, context: Context) -> None:
@@ -170,10 +170,10 @@ def _facets_of_skin(name: str, body: FlexibleBody, front: SideProperties) -> Ite
     for k in range(int(plane.max()) + 1):
         rows = plane.ravel() == k
         area, centre = areas[rows].sum(axis=0), sizes[rows] @ centres[rows] / sizes[rows].sum()
-        yield Facet(FLAT, area, centre, front, None, _turned(outlines[rows], area))
+        yield Facet(FLAT, area, centre, front, None, _counter_clockwise(outlines[rows], area))
 
 
-def _turned(outlines: Array, area: Array) -> Array:
+def _counter_clockwise(outlines: Array, area: Array) -> Array:
     """Outlines (c, 4, 3) in planes, which run counter-clockwise seen from the side of the area; warped ones halved."""
     normal = np.cross(outlines[:, 2] - outlines[:, 0], outlines[:, 3] - outlines[:, 1])
     warp = np.abs(np.einsum("ca,ca->c", normal, outlines[:, 1] - outlines[:, 0]))
