@@ -54,13 +54,11 @@ def changed(old, new):
     return BOOM.replace(old, new)
 
 
-SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("esdirk4",)]
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("method", ["dop853", *SLOW])
+@pytest.mark.parametrize("method", ["dop853", "esdirk4"])
+@pytest.mark.filterwarnings("ignore:deploying member with linear strain")  # its push is 0.85 of the buckling load
 def test_resumed_run_is_identical(tmp_path, method):
-    text = CASE.format(body=BOOM, run=f'integrator = "{method}"' + ("\nstep = 1e-3" if "alpha" in method else ""))
+    text = CASE.format(body=BOOM, run=f'integrator = "{method}"')
     text = text.replace('output_step = "1 ms"', 'output_step = "4 ms"')
     (tmp_path / "boom.toml").write_text(text)
     case = read_case(tmp_path / "boom.toml")
