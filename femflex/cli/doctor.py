@@ -14,8 +14,9 @@ import typer
 from femflex.cli.progress import Patience
 from femflex.cli.tables import print_folded, print_json
 from femflex.cli.verb import FAILED, verb
+from femflex.extras import MissingExtra, install_command, require
 
-LIBRARIES = ("numpy", "scipy", "numba", "scikit-fem", "meshio", "h5py", "pyvista", "vtk", "pydantic")
+LIBRARIES = ("numpy", "scipy", "numba", "scikit-fem", "meshio", "h5py", "pydantic", "pyvista", "vtk", "av")
 
 
 @verb("femflex doctor")
@@ -29,7 +30,7 @@ def doctor(
         "femflex": __version__,
         "python": f"{platform.python_version()} in {sys.prefix}",
         "system": f"{platform.platform()}, {usable_cores()} cores",
-        "libraries": ", ".join(f"{name} {version(name)}" for name in LIBRARIES),
+        "libraries": ", ".join(f"{name} {version(name)}" for name in LIBRARIES if _installed(name)),
     }
     checks = {"equations": _compiled, "renderer": _rendered, "movies": _movies}
     failed = []
@@ -38,6 +39,8 @@ def doctor(
             say(f"checking {name}")
             try:
                 facts[name] = check()
+            except MissingExtra as error:
+                facts[name] = str(error)
             except Exception as error:
                 failed.append(name)
                 facts[name] = f"FAILED: {' '.join(str(error).split()) or type(error).__name__}"
@@ -92,9 +95,11 @@ def _rendered() -> str:
 
 def _movies() -> str:
     """Find the encoder of movies."""
-    import imageio_ffmpeg
+    require("view", "movies")
+    import av
 
-    return f"ffmpeg {imageio_ffmpeg.get_ffmpeg_version()}"
+    av.Codec("libx264", "w")
+    return f"H.264 by FFmpeg's libraries in PyAV {av.__version__}"
 
 
 def _extras() -> dict[str, str]:
@@ -112,7 +117,7 @@ def _extras() -> dict[str, str]:
         if extra in ("test", "docs", "peers"):
             continue
         missing = [name for name in names if not _installed(name)]
-        out[extra] = f"not installed: pip install 'femflex[{extra}]'" if missing else f"installed ({', '.join(names)})"
+        out[extra] = f"not installed: {install_command(extra)}" if missing else f"installed ({', '.join(names)})"
     return out
 
 

@@ -130,21 +130,23 @@ def _interrupt_text(output: Path, earlier: tuple[int, int, int] | None) -> str:
 
 
 def draw_pictures(prepared: Prepared, run: Run, output: Path, force: bool) -> None:
-    """Draw the pictures of the case; if no renderer can start, say so and keep the run."""
+    """Draw the pictures of the case; if they cannot be drawn here, say so and keep the run."""
     from femflex.cli.pictures import draw_pictures
+    from femflex.extras import MissingExtra, require
     from femflex.view import NoRenderer
 
     case = prepared.case
     if case.pictures is None:
         return
     try:
+        require("view", "pictures")
         with second_run(case, output, force) if not (run.without or run.linearised) else nullcontext() as second:
             for path in draw_pictures(
                 case.pictures, run, prepared.system.bodies, output, force=force, second_run=second
             ):
                 print(f"picture     {path}")
-    except NoRenderer as error:
-        print_error(f"no pictures: {error}; the run is kept in {output}")
+    except (MissingExtra, NoRenderer) as error:
+        print_error(f"{error}; the run is kept in {output}")
 
 
 def check_pictures(case: Case, output: Path, force: bool) -> None:

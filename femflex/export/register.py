@@ -54,7 +54,7 @@ def export_run(
     channels  of tables; none for all
     camera    axes of scenes: "auto", "fixed", "follow", "orbital", "body:NAME"
     instants  of scenes, equally spaced among the rows; 0: all
-    Raises ValueError for another end, or options that do not belong to it, KeyError, ImportError and OSError.
+    Raises ValueError for another end, or options that do not belong to it, KeyError, MissingExtra and OSError.
     """
     path = Path(path)
     writer = WRITERS.get(path.suffix.lower())

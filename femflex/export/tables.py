@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from femflex.arrays import Array
+from femflex.extras import require
 from femflex.results import Run
 from femflex.writing import atomic_file
 
@@ -31,12 +32,11 @@ def write_csv(run: Run, path: str | Path, channels: Sequence[str] = (), force: b
 
 
 def write_parquet(run: Run, path: str | Path, channels: Sequence[str] = (), force: bool = False) -> list[str]:
-    """Write channels as an Apache Parquet table; otherwise as `write_csv`. Raises ImportError without pyarrow."""
-    try:
-        import pyarrow
-        from pyarrow import parquet
-    except ImportError:
-        raise ImportError(_missing("Parquet files are written by pyarrow")) from None
+    """Write channels as an Apache Parquet table; otherwise as `write_csv`. Raises MissingExtra without pyarrow."""
+    require("tables", "Parquet files", "pyarrow")
+    import pyarrow
+    from pyarrow import parquet
+
     heads, columns = _table(run, channels)
     with atomic_file(path, force) as part:
         parquet.write_table(pyarrow.table(dict(zip(heads, columns, strict=True))), part)
@@ -68,20 +68,13 @@ def write_mat(run: Run, path: str | Path, channels: Sequence[str] = (), force: b
 def write_netcdf(run: Run, path: str | Path, channels: Sequence[str] = (), force: bool = False) -> list[str]:
     """Write channels as netCDF 4, as `Run.to_xarray` has them. Otherwise as `write_csv`.
 
-    Raises ImportError without xarray and h5netcdf.
+    Raises MissingExtra without xarray and h5netcdf.
     """
-    try:
-        import h5netcdf  # noqa: F401
-    except ImportError:
-        raise ImportError(_missing("netCDF files are written by xarray and h5netcdf")) from None
+    require("tables", "netCDF files", "xarray", "h5netcdf")
     paths = _paths(run, channels)
     with atomic_file(path, force) as part:
         run.to_xarray()[[channel.replace("/", ".") for channel in paths]].to_netcdf(part, engine="h5netcdf")
     return [f"{len(run)} instants of {len(paths)} channels"]
-
-
-def _missing(what: str) -> str:
-    return f"{what}, which is not installed; install it: pip install 'femflex[tables]'"
 
 
 def _paths(run: Run, channels: Sequence[str]) -> list[str]:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from femflex.arrays import Array
 from femflex.body.recovery import VON_MISES
 from femflex.export.moving_bodies import MovingBody, MovingCraft, moving_craft
+from femflex.extras import require
 from femflex.results import Run
 from femflex.view.paint import EVERY, BodyPaint, Quantity
 from femflex.view.surface import CORNERS
@@ -33,6 +34,7 @@ def write_vtkhdf(run: Run, path: str | Path, camera: str = "auto", instants: int
 
     camera, instants: see `femflex.export.export_run`. Raises ValueError where nothing can be drawn, and OSError.
     """
+    require("view", "files of ParaView")
     from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
     from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
     from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as Pipeline
@@ -82,6 +84,7 @@ def write_pvd(run: Run, path: str | Path, camera: str = "auto", instants: int = 
     camera, instants: see `femflex.export.export_run`. Returns what is worth saying. Raises ValueError where nothing can
     be drawn, and OSError.
     """
+    require("view", "files of ParaView")
     path = Path(path)
     check_destination(path, force)
     folder = path.with_suffix("")

@@ -16,6 +16,7 @@ from femflex.decks.nastran.grids import Grids
 from femflex.decks.nastran.scalar_points import listed_scalar_points
 from femflex.decks.nastran.systems import Systems
 from femflex.decks.units import Units
+from femflex.extras import require
 from femflex.matrices.arrays import arrays_of, contents_of
 from femflex.matrices.contents import Contents, Entries, assembled_matrix, distinct_pairs, register
 from femflex.matrices.model import MatrixModel
@@ -103,16 +104,12 @@ def _real(text: str) -> float:
 
 
 def pyyeti_module(name: str) -> Any:
-    """The module pyyeti.nastran.NAME. Raises ValueError, with the command that installs it, where it is missing."""
+    """The module pyyeti.nastran.NAME. Raises MissingExtra."""
     import importlib
 
-    try:
-        with np.printoptions():  # which pyYeti changes for the whole process
-            return importlib.import_module(f"pyyeti.nastran.{name}")
-    except ImportError:
-        raise ValueError(
-            "OP4 and OP2 files are read by pyYeti, which is not installed; install it: pip install 'femflex[matrices]'"
-        ) from None
+    require("matrices", "OP4 and OP2 files")
+    with np.printoptions():  # which pyYeti changes for the whole process
+        return importlib.import_module(f"pyyeti.nastran.{name}")
 
 
 # name in an OP4 file (eight letters at most, lower case as pyYeti gives it) -> name among the arrays of a model
@@ -165,11 +162,10 @@ def _square_matrices(matrices: dict[str, Any]) -> dict[str, Entries]:
 def _op2(path: Path) -> Contents:
     """DMIG entries (EXTSEOUT with DMIGOP2) and plain matrices of an OP2 file."""
     contents = Contents()
+    bulk = pyyeti_module("bulk")
     try:
-        frames = pyyeti_module("bulk").rddmig(str(path), square=True)
-    except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
-        if "pip install" in str(error):
-            raise
+        frames = bulk.rddmig(str(path), square=True)
+    except (ValueError, KeyError, TypeError, IndexError, AttributeError):
         frames = {}
     for name, frame in frames.items():
         if frame.shape[0] != frame.shape[1]:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from femflex import __version__
+from femflex.extras import require
 
 FIGURES = """
 for (const node of document.querySelectorAll(".plot")) {
@@ -48,7 +49,7 @@ class Page:
         self.add(heading, "".join(nodes) + paragraphs([*notes, "Drag to zoom, double click to see all."]))
 
     def html(self) -> str:
-        """The page. Raises ImportError where plots are shown and plotly is not installed."""
+        """The page. Raises MissingExtra where plots are shown and plotly is not installed."""
         parts = [
             '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
             '<meta name="viewport" content="width=device-width, initial-scale=1">',
@@ -95,13 +96,10 @@ def listed(lines: Iterable[str]) -> str:
 
 
 def plotly_script() -> str:
-    """The script of plotly. Raises ImportError."""
-    try:
-        from plotly.offline import get_plotlyjs
-    except ImportError:
-        raise ImportError(
-            "reports draw their plots by plotly, which is not installed; install it: pip install 'femflex[report]'"
-        ) from None
+    """The script of plotly. Raises MissingExtra."""
+    require("report", "plots of reports")
+    from plotly.offline import get_plotlyjs
+
     return str(get_plotlyjs())
 
 

@@ -42,7 +42,7 @@ def write_run_report(
     case_path  where the case file is now, if it has moved; meshes are searched beside it
     camera     axes of the scene, as of pictures
     say        called with the step that begins
-    What cannot be shown, such as modes of a craft whose mesh is gone, is a sentence in its place. Raises ImportError
+    What cannot be shown, such as modes of a craft whose mesh is gone, is a sentence in its place. Raises MissingExtra
     without plotly, and OSError.
     """
     case, why = _case_of(run, case_path)

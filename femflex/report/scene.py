@@ -58,7 +58,7 @@ def packed(bodies: Sequence[ShownBody], clips: Sequence[Clip], up: int) -> str:
     """
     blocks = _Blocks()
     theme = THEMES["light"]
-    colours = theme.colour_map()(np.linspace(0.0, 1.0, COLOURS))[:, :3]
+    colours = theme.elastic_colours(COLOURS)
     largest = [max((_largest(body, clip) for body in bodies), default=0.0) for clip in clips]
     header = {
         "up": up,

@@ -26,7 +26,7 @@ MOST_OUTPUTS = 6  # of a sweep that are plotted over its inputs
 
 
 def write_page(page: Page, path: str | Path, force: bool) -> None:
-    """Write a page. Raises ImportError without plotly, and OSError."""
+    """Write a page. Raises MissingExtra without plotly, and OSError."""
     with atomic_file(path, force) as part:
         part.write_text(page.html(), encoding="utf-8")
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from femflex.extras import require
+
 if TYPE_CHECKING:
     import xarray
 
@@ -14,12 +16,11 @@ def dataset(run: Run) -> xarray.Dataset:
     """All channels over the coordinate time.
 
     A variable is named by its path with "." for "/" (so that the Dataset can be saved as netCDF). Entries with the
-    same names share one dimension, with the names as its coordinate.
+    same names share one dimension, with the names as its coordinate. Raises MissingExtra.
     """
-    try:
-        import xarray
-    except ImportError as error:
-        raise ImportError('to_xarray needs xarray, which is not installed: pip install "femflex[xarray]"') from error
+    require("xarray", "labelled datasets")
+    import xarray
+
     coordinates: dict[str, Any] = {"time": ("time", run.time, {"units": "s"})}
     variables: dict[str, Any] = {}
     for path, channel in run.channels.items():

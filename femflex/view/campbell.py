@@ -46,15 +46,11 @@ def plot_campbell(
     drawn below, if there are any.
     """
     check_kind(path)
-    from matplotlib.figure import Figure
-
     colours = theme_of(theme)
     damped = any(np.nanmax(np.abs(b.damping_ratios), initial=0.0) > PRINTED for b in diagram.branches)
-    size = (WIDTH, HEIGHT + LOWER * damped)
-    figure = Figure(figsize=size, layout="constrained", facecolor=colours.background)
+    figure = colours.figure(WIDTH, HEIGHT + LOWER * damped, title or diagram.title or "Campbell diagram")
     ratios = (HEIGHT, LOWER) if damped else (1,)
     axes = figure.subplots(len(ratios), 1, sharex=True, squeeze=False, height_ratios=ratios)[:, 0]
-    figure.suptitle(title or diagram.title or "Campbell diagram", color=colours.text, fontsize=12, fontweight="bold")
     _frequencies(axes[0], diagram, colours, scale)
     axes[0].set_ylabel("frequency [Hz]" if diagram.value else "frequency in the spinning frame [Hz]")
     if damped:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from femflex.arrays import Array, IntArray
+from femflex.extras import require
 from femflex.view.drawing import Drawing
 from femflex.view.study_data import StudyData
 from femflex.view.theme import Theme, theme_of
@@ -33,13 +34,10 @@ def plot_convergence(
 ) -> Path:
     """Path of a picture (.png or .svg): values over the count above, relative errors with their law below."""
     check_kind(path)
-    from matplotlib.figure import Figure
-
     colours = theme_of(theme)
-    figure = Figure(figsize=SIZE, layout="constrained", facecolor=colours.background)
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 3))
     heading = title or f"{study.title[0].upper()}{study.title[1:]} over {VARIED.get(study.over, study.over)}"
-    figure.suptitle(heading, color=colours.text, fontsize=12, fontweight="bold")
+    figure = colours.figure(*SIZE, heading)
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 3))
     draw_study(above, below, study, colours)
     for ax in (above, below):
         finish_study_axes(ax, colours)
@@ -51,7 +49,8 @@ def plot_convergence(
 
 
 def check_kind(path: str | Path) -> None:
-    """Raise ValueError when the suffix is neither .png nor .svg."""
+    """Raise ValueError when the suffix is neither .png nor .svg, and MissingExtra where no plot can be drawn."""
+    require("view", "plots")
     if Path(path).suffix.lower() not in (".png", ".svg"):
         raise ValueError(f"a plot is written as .png or .svg; {Path(path).name} is neither")
 

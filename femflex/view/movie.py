@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-import subprocess
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from femflex.extras import require
 from femflex.results.interrupts import finished_on_interrupt, without_interrupts
 from femflex.view.drawing import Drawing
 from femflex.view.window import Image
 from femflex.writing import atomic_file
 
 PNG_COMPRESSION = 1  # 18 ms a frame; the default takes 45 for a tenth less
+CODEC = {"preset": "veryfast", "crf": "18"}
 Progress = Callable[[int, int], Any]
 
 
@@ -59,9 +61,9 @@ def _add_frames(add: Callable[[Image], None], frames: Iterator[Image], count: in
                 progress(done, count)
             with without_interrupts():  # a renderer does not survive an exception
                 frame = next(frames, None)
-            if frame is None:
-                return
-            add(frame)
+                if frame is None:
+                    return
+                add(frame)  # nor does an encoder
 
 
 @contextmanager
@@ -84,48 +86,29 @@ def _folder(path: Path, force: bool) -> Iterator[Callable[[Image], None]]:
 
 @contextmanager
 def _mp4(path: Path, fps: float, force: bool) -> Iterator[Callable[[Image], None]]:
-    process: subprocess.Popen[bytes] | None = None
+    """H.264 for every player, as fast as drawing."""
+    require("view", "movies")
+    import av
 
     with atomic_file(path, force, keep_interrupted=True) as draft:
+        container = av.open(str(draft), "w", format="mp4", options={"movflags": "+faststart"})
+        stream: Any = container.add_stream("libx264", rate=Fraction(fps).limit_denominator(10_000), options=CODEC)
+        stream.pix_fmt = "yuv420p"
 
         def add(frame: Image) -> None:
-            nonlocal process
-            process = process or _encoder(draft, frame.shape[1], frame.shape[0], fps)
-            assert process.stdin is not None
-            process.stdin.write(np.ascontiguousarray(frame).data)
+            height, width = frame.shape[0] % 2, frame.shape[1] % 2
+            even = np.pad(frame, ((0, height), (0, width), (0, 0))) if height or width else frame
+            if not stream.codec_context.is_open:
+                stream.height, stream.width = even.shape[:2]
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(np.ascontiguousarray(even), format="rgb24")))
 
         try:
-            yield add
-        except BrokenPipeError as error:
-            raise OSError(f"{path} cannot be written: {_close_encoder(process) or error}") from error
-        except BaseException:
-            _close_encoder(process)  # ends the file properly, so that it plays up to here
-            raise
-        if text := _close_encoder(process):
-            raise OSError(f"{path} cannot be written: {text}")
-
-
-def _encoder(path: Path, width: int, height: int, fps: float) -> subprocess.Popen[bytes]:
-    """H.264 for every player, as fast as drawing; not reached by Ctrl-C, so that it can end the file."""
-    import imageio_ffmpeg
-
-    source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{fps:g}", "-i", "-"]
-    even = "pad=ceil(iw/2)*2:ceil(ih/2)*2"
-    codec = ["-c:v", "libx264", "-preset", "veryfast", "-crf", "18", "-pix_fmt", "yuv420p", "-movflags", "+faststart"]
-    command = [imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-v", "error", *source, "-vf", even, *codec, str(path)]
-    return subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
-
-
-def _close_encoder(process: subprocess.Popen[bytes] | None) -> str:
-    """Close the encoder; its message when it failed, or ""."""
-    if process is None or process.stdin is None or process.stdin.closed:
-        return ""
-    try:
-        _, text = process.communicate()
-    except BrokenPipeError:
-        text = process.stderr.read() if process.stderr else b""
-    return (
-        ""
-        if process.returncode == 0
-        else text.decode(errors="replace").strip() or f"ffmpeg ended with {process.returncode}"
-    )
+            try:
+                yield add
+            finally:  # also where drawing fails or is interrupted, so that the file plays up to there
+                with without_interrupts():
+                    if stream.codec_context.is_open:
+                        container.mux(stream.encode(None))
+                    container.close()
+        except av.FFmpegError as error:
+            raise OSError(error.errno, f"the movie cannot be written: {error.strerror}", str(path)) from error

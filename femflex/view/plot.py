@@ -177,11 +177,8 @@ def _title(run: Run, second_run: Run | None) -> str:
 
 def figure_of(count: int, title: str, colours: Theme, sharex: bool) -> tuple[Figure, list[Axes]]:
     """A figure with so many axes above each other."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(WIDTH, HEIGHT * count + TITLE), layout="constrained", facecolor=colours.background)
+    figure = colours.figure(WIDTH, HEIGHT * count + TITLE, title)
     axes = [ax for row in figure.subplots(count, 1, sharex=sharex, squeeze=False) for ax in row]
-    figure.suptitle(title, color=colours.text, fontsize=12, fontweight="bold")
     return figure, axes
 
 

@@ -34,14 +34,10 @@ def plot_studies(
     check_kind(path)
     if len(studies) == 1 and studies[0].over not in (STRAIN, FUNCTIONS):
         return plot_convergence(studies[0], path, theme, dpi=dpi, force=force)
-    from matplotlib.figure import Figure
-
     colours = theme_of(theme)
     width = max(COLUMN * len(studies), 7.0)
-    figure = Figure(figsize=(width, HEIGHT), layout="constrained", facecolor=colours.background)
+    figure = colours.figure(width, HEIGHT, f"{studies[0].title[0].upper()}{studies[0].title[1:]}")
     axes = figure.subplots(2, len(studies), height_ratios=(2, 3), squeeze=False, sharex="col")
-    title = f"{studies[0].title[0].upper()}{studies[0].title[1:]}"
-    figure.suptitle(title, color=colours.text, fontsize=12, fontweight="bold")
     for (above, below), study in zip(axes.T, studies, strict=True):
         if study.over == STRAIN:
             _draw_strain_forms(above, below, study, colours)

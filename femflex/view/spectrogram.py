@@ -9,6 +9,7 @@ import numpy as np
 from scipy.signal.windows import blackmanharris
 
 from femflex.arrays import Array
+from femflex.extras import require
 from femflex.results import Run
 from femflex.view.curves import BALANCE, ROUNDED, Curve, curves_of
 from femflex.view.plot import figure_of, finish, save_figure, with_superscripts
@@ -61,6 +62,7 @@ def plot_spectrograms(
     highest is the last frequency shown [Hz]; by default a little above what reaches a tenth of the largest amplitude.
     Components below 1/1000 of the largest of their channel are left out.
     """
+    require("view", "plots")
     from matplotlib.colors import LogNorm
 
     if highest is not None and not highest > 0:

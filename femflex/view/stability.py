@@ -109,13 +109,11 @@ def plot_chart(
     """
     check_kind(path)
     from matplotlib.colors import to_rgba
-    from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
     colours = theme_of(theme)
-    figure = Figure(figsize=(8.6, 6.2), layout="constrained", facecolor=colours.background)
+    figure = colours.figure(8.6, 6.2, title)
     ax = figure.subplots()
-    figure.suptitle(title, color=colours.text, fontsize=12, fontweight="bold")
     shades = {kind: to_rgba(_shade(name, colours), alpha) for kind, (name, alpha) in SHADES.items()}
     shades[-1] = to_rgba(colours.faint, 0.45)
     picture = np.array([[shades[int(kind)] for kind in row] for row in chart.kinds.T])
@@ -163,12 +161,9 @@ def plot_locus(
     stability changes are marked. second: the locus without the terms `left_out`, dashed.
     """
     check_kind(path)
-    from matplotlib.figure import Figure
-
     colours = theme_of(theme)
-    figure = Figure(figsize=(11.0, 6.0), layout="constrained", facecolor=colours.background)
+    figure = colours.figure(11.0, 6.0, title)
     axes = figure.subplot_mosaic("AB;AC")
-    figure.suptitle(title, color=colours.text, fontsize=12, fontweight="bold")
     unit = f" [{with_superscripts(locus.unit)}]" if locus.unit not in ("", "1") else ""
     for drawn_locus, dashed in ((locus, False), (second, True)):
         if drawn_locus is not None:

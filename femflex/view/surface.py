@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from femflex.arrays import Array, IntArray
+from femflex.arrays import Array, BoolArray, IntArray
 from femflex.body import Skin
 
 Single = NDArray[np.float32]
@@ -198,29 +198,67 @@ def _distinct_points(skin: Skin) -> tuple[IntArray, IntArray]:
 
 
 def _oriented(points: Array, triangles: IntArray, quads: IntArray) -> tuple[IntArray, IntArray, IntArray, bool]:
-    """Source of each drawn point, triangles and quads (oriented alike; outward if closed), and whether closed."""
-    import pyvista as pv
+    """Source of each drawn point, triangles and quads (oriented alike; outward if closed), and whether closed.
 
+    A point where faces meet at a sharp edge, or more than two at one edge, is drawn once for each smooth part.
+    """
     if not len(triangles) + len(quads):
         return np.zeros(0, np.int64), triangles, quads, False
-    count = np.unique(np.sort(_sides(triangles, quads), axis=1), axis=0, return_counts=True)[1]
-    closed = bool(np.all(count == 2))
-    faces = [np.column_stack([np.full(len(c), c.shape[1]), c]).ravel() for c in (triangles, quads)]
-    raw = pv.PolyData(points, faces=np.concatenate(faces))
-    raw.point_data["source"] = np.arange(len(points))
-    split = raw.compute_normals(
-        cell_normals=False,
-        split_vertices=True,
-        feature_angle=float(np.rad2deg(FEATURE_ANGLE)),
-        consistent_normals=True,
-        auto_orient_normals=closed,
+    n_triangles, n_sides = len(triangles), triangles.size + quads.size
+    sides = _sides(triangles, quads)
+    face = np.concatenate([np.repeat(np.arange(n_triangles), 3), n_triangles + np.repeat(np.arange(len(quads)), 4)])
+    _, number, count = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True, return_counts=True)
+    closed, order = bool(np.all(count == 2)), np.argsort(number.reshape(-1), kind="stable")
+    first = order[(np.cumsum(count) - count)[count == 2]]
+    second = order[(np.cumsum(count) - count)[count == 2] + 1]
+    alike = sides[first, 0] == sides[second, 1]  # neighbours of one orientation pass their side in opposite directions
+    turned = _turned_faces(face[first], face[second], alike, n_triangles + len(quads))
+    area = _area_vectors(points, triangles, quads)
+    area = np.where(turned[:, None], -area, area)
+    if closed:
+        middle = np.concatenate([points[triangles].mean(axis=1), points[quads].mean(axis=1)])
+        _, part = _components(face[first], face[second], len(area))
+        inward = np.bincount(part, np.sum((middle - points.mean(axis=0)) * area, axis=1))[part] < 0.0
+        turned, area = turned ^ inward, np.where(inward[:, None], -area, area)
+    normal = area / np.maximum(np.linalg.norm(area, axis=1), np.finfo(float).tiny)[:, None]
+    smooth = np.sum(normal[face[first]] * normal[face[second]], axis=1) > np.cos(FEATURE_ANGLE)
+    first, second, alike = first[smooth], second[smooth], alike[smooth]
+    after = np.concatenate(
+        [np.roll(np.arange(c.size).reshape(c.shape), -1, axis=1).ravel() for c in (triangles, quads)]
     )
-    table, size = split.faces, np.concatenate([np.full(len(triangles), 3), np.full(len(quads), 4)])
-    if len(table) != np.sum(size + 1):
-        raise ValueError("a skin has faces with repeated corners, which cannot be drawn")
-    offsets = np.cumsum(size + 1) - size
-    corners = [table[offsets[size == k][:, None] + np.arange(k)].astype(np.int64) for k in (3, 4)]
-    return np.asarray(split.point_data["source"], np.int64), corners[0], corners[1], closed
+    after[triangles.size :] += triangles.size
+    ends = (np.where(alike, after[second], second), np.where(alike, second, after[second]))
+    _, corner = _components(np.concatenate([first, after[first]]), np.concatenate(ends), n_sides)
+    source = np.zeros(corner.max() + 1, np.int64)
+    source[corner] = sides[:, 0]
+    split = corner.astype(np.int64)
+    three, four = split[: triangles.size].reshape(-1, 3), split[triangles.size :].reshape(-1, 4)
+    three[turned[:n_triangles]] = three[turned[:n_triangles], ::-1]
+    four[turned[n_triangles:]] = four[turned[n_triangles:], ::-1]
+    return source, three, four, closed
+
+
+def _turned_faces(first: IntArray, second: IntArray, alike: BoolArray, n_faces: int) -> BoolArray:
+    """Whether each face is turned round, so that neighbours (n_pairs,) agree; the first face of a part stays.
+
+    Every face stands twice in a graph, as it is and turned (n_faces later), and is joined with the one of its neighbour
+    that agrees with it.
+    """
+    shift = np.where(alike, 0, n_faces)
+    _, part = _components(
+        np.concatenate([first, first + n_faces]),
+        np.concatenate([second + shift, second + n_faces - shift]),
+        2 * n_faces,
+    )
+    plain, turned = part[:n_faces], part[n_faces:]
+    return turned < plain  # numbers grow with the first member of a part
+
+
+def _components(first: IntArray, second: IntArray, size: int) -> tuple[int, IntArray]:
+    """Count of connected parts, and the part of each of so many items, from pairs of neighbours."""
+    links = sparse.coo_array((np.ones(len(first), np.int8), (first, second)), shape=(size, size))
+    count, part = connected_components(links, directed=False)
+    return int(count), part
 
 
 def _sides(triangles: IntArray, quads: IntArray) -> IntArray:

@@ -35,14 +35,10 @@ def plot_scatter(
     numeric = {name: values for name, values in inputs.items() if np.isfinite(values).any()}
     if not numeric or not outputs:
         raise ValueError("the sweep has no inputs that are numbers, or no outputs, so there is no scatter to draw")
-    from matplotlib.figure import Figure
-
     colours = theme_of(theme)
     columns, rows = list(numeric)[:MOST], list(outputs)[:MOST]
-    size = (CELL * (len(columns) + 1) + 1.0, CELL * len(rows) + 0.8)
-    figure = Figure(figsize=size, layout="constrained", facecolor=colours.background)
+    figure = colours.figure(CELL * (len(columns) + 1) + 1.0, CELL * len(rows) + 0.8, title)
     axes = figure.subplots(len(rows), len(columns) + 1, squeeze=False, sharex="col")
-    figure.suptitle(title, color=colours.text, fontsize=12, fontweight="bold")
     for i, name in enumerate(rows):
         for j, key in enumerate(columns):
             axes[i, j].plot(numeric[key], outputs[name], ".", color=colours.lines[i % len(colours.lines)], markersize=4)

@@ -57,15 +57,12 @@ def plot_terms(
     is the line; all other terms are on the other side of the equation, positive contributions stacked upwards and
     negative ones downwards.
     """
-    from matplotlib.figure import Figure
-
     colours = theme_of(theme)
     colours_of_terms = _term_colours(split_terms, coordinates, colours)
     height = (STRIP + STACK) * HEIGHT * len(coordinates) + TITLE
-    figure = Figure(figsize=(WIDTH + 1.0, height), layout="constrained", facecolor=colours.background)
+    figure = colours.figure(WIDTH + 1.0, height, title_of(run) if title is None else title)
     ratios = [STRIP, STACK] * len(coordinates)
     axes = figure.subplots(2 * len(coordinates), 1, sharex=True, squeeze=False, height_ratios=ratios)[:, 0]
-    figure.suptitle(title_of(run) if title is None else title, color=colours.text, fontsize=12, fontweight="bold")
     seconds, unit = time_unit(float(np.ptp(time)))
     rows = np.searchsorted(run.time, time).astype(np.int64)
     for strip, stack, coordinate in zip(axes[::2], axes[1::2], coordinates, strict=True):

@@ -7,22 +7,34 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from femflex.arrays import Array
+from femflex.extras import require
+
 if TYPE_CHECKING:
     from matplotlib.colors import ListedColormap
-
+    from matplotlib.figure import Figure
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of red, green and blue
 LIGHTER = (0.25, 0.45)  # share of white in lighter mesh lines: on black, and what luminance adds
 SUNLIGHT = ("#2b3550", "#6d6a72", "#b5925c", "#f0c34f", "#fff1c0")  # from shadow to full sunlight
 DARKER = 0.55  # brightness of darker mesh lines
+# the maps of matplotlib without their darkest part, on which edges are hard to see
+VIRIDIS = (
+    "#3a548c #34618d #2e6d8e #2a788e #26828e #218e8d #1f998a #20a486 #29af7f "
+    "#3aba76 #4ec36b #67cc5c #84d44b #a2da37 #c2df23 #e2e418 #fde725"
+)
+PLASMA = (
+    "#7201a8 #8405a7 #9613a1 #a62098 #b52f8c #c23c81 #ce4b75 #d9586a #e3685f "
+    "#eb7655 #f3874a #f9973f #fca934 #febb2b #fcd025 #f7e425 #f0f921"
+)
 
 
 @dataclass(frozen=True)
 class Theme:
     """Colours by use.
 
-    elastic  colour map of the elastic displacement, and the position of zero on it (its darkest part is hard to see)
-    signed   colour map of quantities that may be negative
+    elastic  colours of the elastic displacement, from none to the largest
+    signed   colour map of matplotlib for quantities that may be negative
     lines    colours of curves, in turn
     """
 
@@ -35,17 +47,38 @@ class Theme:
     ghost: str  # undeformed outline
     axes: tuple[str, str, str]
     directions: dict[str, str]  # of arrows to the sun and along fields, by their words
-    elastic: tuple[str, float]
+    elastic: str
     signed: str
     lines: tuple[str, ...]
 
     def colour_map(self, signed: bool = False) -> ListedColormap:
         """The colours from none to the largest, or from the least to the largest if values may be negative."""
+        require("view", "pictures")
         import matplotlib
         from matplotlib.colors import ListedColormap
 
-        name, zero = (self.signed, 0.0) if signed else self.elastic
-        return ListedColormap(matplotlib.colormaps[name](np.linspace(zero, 1.0, 256)))
+        return ListedColormap(
+            matplotlib.colormaps[self.signed](np.linspace(0.0, 1.0, 256)) if signed else self.elastic_colours(256)
+        )
+
+    def elastic_colours(self, n: int) -> Array:
+        """Red, green and blue (n, 3) from 0 to 1, from no elastic displacement to the largest.
+
+        >>> theme_of("light").elastic_colours(2).round(2).tolist()
+        [[0.23, 0.33, 0.55], [0.99, 0.91, 0.14]]
+        """
+        known = np.array([list(bytes.fromhex(colour[1:])) for colour in self.elastic.split()]) / 255.0
+        places = np.linspace(0.0, len(known) - 1.0, n)
+        return np.stack([np.interp(places, np.arange(len(known)), part) for part in known.T], axis=1)
+
+    def figure(self, width: float, height: float, title: str) -> Figure:
+        """An empty figure of matplotlib with its title; width, height [inch]. Raises MissingExtra."""
+        require("view", "plots")
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=(width, height), layout="constrained", facecolor=self.background)
+        figure.suptitle(title, color=self.text, fontsize=12, fontweight="bold")
+        return figure
 
     def light_map(self) -> ListedColormap:
         """The colours from shadow to full sunlight, alike in both themes."""
@@ -76,7 +109,7 @@ THEMES = {
         ghost="#8a97a4",
         axes=("#d62f3c", "#2c9c4b", "#2b62d9"),
         directions={"sun": "#c99700", "field": "#8b4fa3"},
-        elastic=("viridis", 0.26),
+        elastic=VIRIDIS,
         signed="coolwarm",
         lines=("#1f5fa8", "#d9622b", "#2f8f5b", "#8b4fa3", "#b8860b", "#118a9c", "#c2386b", "#5c6670"),
     ),
@@ -90,7 +123,7 @@ THEMES = {
         ghost="#7d8b9a",
         axes=("#ff5a5f", "#4fd06f", "#6a9bff"),
         directions={"sun": "#ffd23f", "field": "#cf9be6"},
-        elastic=("plasma", 0.22),
+        elastic=PLASMA,
         signed="coolwarm",
         lines=("#6aaef5", "#ff9d5c", "#67d391", "#cf9be6", "#e8c35a", "#56cfe0", "#f57fa6", "#b4bec8"),
     ),

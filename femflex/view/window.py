@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.extras import require
 from femflex.view.framing import View
 from femflex.view.theme import Theme
 
@@ -22,8 +23,9 @@ class NoRenderer(RuntimeError):
 def open_window(size: tuple[int, int], theme: Theme) -> Any:
     """A pyvista plotter of that size (pixels) off screen, one sample a pixel, with the theme's background.
 
-    Raises NoRenderer when neither a display nor EGL nor OSMesa is available.
+    Raises MissingExtra, and NoRenderer when neither a display nor EGL nor OSMesa is available.
     """
+    require("view", "pictures")
     import pyvista as pv
     from vtkmodules.vtkCommonCore import vtkObject
 

@@ -23,6 +23,7 @@ from femflex.arrays import Array
 from femflex.effectors.surroundings.atmosphere import GAS_CONSTANT, Air, check_perigee
 from femflex.effectors.surroundings.earth import DAY, EARTH_RATE, FLATTENING, altitude_of, sidereal_angle
 from femflex.effectors.surroundings.noun import around_earth, epoch_of
+from femflex.extras import require
 from femflex.kernels.compiled import inner
 from femflex.kernels.vectors import load3, store3
 from femflex.noun.values import Quantity
@@ -87,13 +88,10 @@ class Nrlmsis(Air, heading="surroundings"):
 
 
 def pymsis_module() -> Any:
-    """The package pymsis. Raises ValueError where it is not installed."""
-    try:
-        import pymsis
-    except ImportError:
-        raise ValueError(
-            "NRLMSIS is computed by pymsis, which is not installed; install it: pip install 'femflex[air]'"
-        ) from None
+    """The package pymsis. Raises MissingExtra."""
+    require("air", "densities by NRLMSIS")
+    import pymsis
+
     return pymsis
 
 

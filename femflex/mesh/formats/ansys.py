@@ -6,11 +6,11 @@ These are called type_1 (number of the element type), mat_2 and real_3 (real con
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 
+from femflex.extras import require
 from femflex.mesh.formats.contents import Contents
 from femflex.mesh.formats.register import register
 from femflex.mesh.formats.vtk_data import leaf_contents
@@ -21,12 +21,8 @@ NUMBERED = {"ansys_etype": "type", "ansys_material_type": "mat", "ansys_real_con
 
 
 def read_ansys(path: Path) -> Contents:
-    """Contents of an archive; ValueError if mapdl-archive is not installed."""
-    if find_spec("mapdl_archive") is None:
-        raise ValueError(
-            f"{path.name}: reading Ansys archives needs mapdl-archive, which is not installed; "
-            "pip install 'femflex[ansys]' brings it."
-        )
+    """Contents of an archive. Raises MissingExtra without mapdl-archive."""
+    require("ansys", f"{path.name} and other archives of Ansys")
     (leaf,) = read_leaves("ansys", path)
     if not len(leaf["kinds"]):
         raise ValueError(f"{path.name} holds no elements (EBLOCK) that mapdl-archive understands; write it by CDWRITE.")

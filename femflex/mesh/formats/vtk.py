@@ -11,6 +11,7 @@ from urllib.parse import quote
 
 import numpy as np
 
+from femflex.extras import require
 from femflex.mesh.formats.contents import Contents
 from femflex.mesh.formats.guards import check_legacy_cells
 from femflex.mesh.formats.register import WriteOptions, register
@@ -37,6 +38,7 @@ def read_vtk(path: Path) -> Contents:
 
 def write_vtu(path: Path, mesh: Mesh, options: WriteOptions) -> None:
     """Write a .vtu file."""
+    require("view", f"{path.name} and other files of VTK")
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
     writer = vtkXMLUnstructuredGridWriter()
@@ -49,6 +51,7 @@ def write_vtk(path: Path, mesh: Mesh, options: WriteOptions) -> None:
     if not options.binary:
         path.write_text(_legacy_text(mesh), encoding="utf-8")
         return
+    require("view", f"{path.name} and other binary files of VTK")
     from vtkmodules.vtkIOLegacy import vtkUnstructuredGridWriter
 
     writer = vtkUnstructuredGridWriter()

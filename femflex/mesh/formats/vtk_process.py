@@ -16,6 +16,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from femflex.extras import require
 from femflex.memory import MARGIN, free_memory
 
 MEMORY_PER_BYTE = 200.0  # bytes of memory allowed per byte of a compressed file
@@ -33,6 +34,8 @@ def read_leaves(kind: str, path: Path) -> list[dict[str, Any]]:
 
     Raises VtkError if VTK cannot read the file or ends on it, and ValueError for unsupported elements.
     """
+    if kind != "ansys":
+        require("view", f"{path.name} and other meshes that VTK reads")
     memory = min(free_memory(), MARGIN + MEMORY_PER_BYTE * path.stat().st_size, 2.0**60)
     with _lock:
         process = _running[0] if _running else _started_process()

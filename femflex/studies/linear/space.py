@@ -14,6 +14,7 @@ from typing import Any, Self
 import numpy as np
 
 from femflex.arrays import Array, ComplexArray
+from femflex.extras import require
 from femflex.noun.problems import suggestion_text
 
 
@@ -70,13 +71,10 @@ class StateSpace:
         )
 
     def to_control(self) -> Any:
-        """The model as a StateSpace of the package python-control. Raises ImportError where that is not installed."""
-        try:
-            import control
-        except ImportError:
-            raise ImportError(
-                "the package python-control is not installed; pip install control, or save the model as .mat or .npz"
-            ) from None
+        """The model as a StateSpace of the package python-control. Raises MissingExtra."""
+        require("control", "models of python-control")
+        import control
+
         names = {"states": self.states, "inputs": self.inputs, "outputs": self.outputs}
         labels = {key: [name.replace(".", "_") for name, _ in pairs] for key, pairs in names.items()}
         return control.ss(self.A, self.B, self.C, self.D, **labels)

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from multiprocessing import active_children
 from typing import Any
 
+from femflex.extras import require
 from femflex.studies.sweep.member import Outcome, Plan, run_member
 from femflex.worker_processes import end_with_parent, worker_context
 
@@ -106,14 +107,11 @@ def _outcomes_of_executor(executor: Executor, plan: Plan, todo: Todo, max_waitin
 def dask_executor(address: str) -> Executor:
     """The executor of a Dask cluster by its scheduler's address.
 
-    Raises ValueError where Dask is not installed, and for a scheduler that does not answer.
+    Raises MissingExtra without Dask, and ValueError for a scheduler that does not answer.
     """
-    try:
-        from distributed import Client
-    except ImportError:
-        raise ValueError(
-            "a sweep on a cluster needs Dask; pip install femflex[sweep], or leave --scheduler out to take this machine"
-        ) from None
+    require("sweep", "sweeps on a cluster")
+    from distributed import Client
+
     try:
         client = Client(address, timeout=WAIT)
     except (OSError, TimeoutError, ValueError) as error:
