@@ -19,6 +19,9 @@ class Summarised:
         width = max((len(name) for name, _ in rows), default=0)
         return "\n".join([title, *(f"  {name:<{width}}  {text}" for name, text in rows)])
 
+    def __str__(self) -> str:
+        return repr(self)
+
     def _repr_html_(self) -> str:
         title, rows = self.summary()
         cells = "".join(

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
+from femflex import fem, read_case, read_mesh
 from femflex.body import rigid_body
 from femflex.dynamics import compile_system
 from femflex.system import Load, System, free
 from femflex.view.drawing import Drawing
+
+CASES = Path(__file__).parents[1] / "cases"
 
 
 def craft() -> System:
@@ -22,6 +27,17 @@ def test_a_body_and_a_model_are_short():
     assert "13: 7 coordinates, 6 velocities, 0 of effectors" in text and len(text) < 600
 
 
+def test_cases_and_structures_say_what_they_are():
+    case = read_case(CASES / "panel_slew.toml")
+    lines = str(case).splitlines()
+    assert lines[0].startswith("Case: Hub with two solar panels") and "weld of panel_east" in repr(case)
+    assert "<td style='text-align:left'>3: hub (rigid)" in case._repr_html_()
+    tube = fem.Member("boom", "beam", fem.sections.Tube(0.05, 0.001), fem.Material(70e9, 0.33, 2700.0))
+    structure = fem.build_structure(read_mesh(CASES.parent / "meshes" / "boom.msh"), [tube])
+    mass = 2700.0 * np.pi * (0.05**2 - 0.049**2) * 33.0  # density, area and length
+    assert f"mass                {mass:.6g} kg" in repr(structure) and len(repr(structure)) < 300
+
+
 def test_a_drawing_is_a_path_that_shows_its_file(tmp_path):
     path = Drawing(tmp_path / "a.png")
     assert path._repr_png_() is None
@@ -30,3 +46,6 @@ def test_a_drawing_is_a_path_that_shows_its_file(tmp_path):
     movie = Drawing(tmp_path / "a.mp4")
     movie.write_bytes(b"1234")
     assert "data:video/mp4;base64,MTIzNA==" in (movie._repr_html_() or "")
+    page = Drawing(tmp_path / "a.html")
+    page.write_text("<p>&amp;</p>", encoding="utf-8")
+    assert 'srcdoc="&lt;p&gt;&amp;amp;&lt;/p&gt;"' in (page._repr_html_() or "")

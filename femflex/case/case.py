@@ -24,12 +24,13 @@ from femflex.case.stability import StabilityTable
 from femflex.effectors.noun import EffectorNoun
 from femflex.effectors.registry import nouns
 from femflex.noun.table import Name, Table, refuse
+from femflex.summary import Rows, Summarised, listed
 from femflex.system.environment import EARTH_J2
 from femflex.system.load import Load
 from femflex.system.spring import Spring
 
 
-class Case(Table):
+class Case(Summarised, Table):
     """All inputs of a run in SI. SI numbers, or strings with a unit, in the file; see `femflex schema`."""
 
     title: str = ""
@@ -106,6 +107,18 @@ class Case(Table):
     def __reduce__(self) -> tuple[Any, ...]:
         """Its class is that of the effectors that are registered where it is unpickled."""
         return _restored_case, (self.__getstate__(),)
+
+    def summary(self) -> tuple[str, Rows]:
+        """Title, bodies with their kinds, joints, what acts, orbit, and duration."""
+        bodies = [f"{name} ({getattr(body, 'kind', 'rigid')})" for name, body in self.bodies.items()]
+        joints = [f"{joint.kind} of {joint.child}" for joint in self.joints]
+        rows = [("file", str(self.path)), ("bodies", f"{len(bodies)}: {listed(bodies)}"), ("joints", listed(joints))]
+        parts = {name: len(getattr(self, name)) for name in ("loops", "constraints", "springs", "loads")}
+        rows += [(name, str(number)) for name, number in parts.items() if number]
+        rows += [(heading.replace("_", " "), listed(list(named))) for heading, named in self.effectors.items() if named]
+        rows.append(("orbit", self.orbit.kind))
+        length = f"{self.run.orbits:g} orbits" if self.run.orbits is not None else f"{self.run.duration:g} s"
+        return f"Case: {self.title or self.path.stem}", [*rows, ("run", f"{length}, {self.run.integrator}")]
 
     @property
     def path(self) -> Path:

@@ -208,13 +208,20 @@ def diagram_paths(output: Path) -> tuple[Path, Path]:
 def write_diagram_files(case: Case, output: Path, force: bool) -> list[str]:
     """Write the diagram of a case next to its result file; return the names of the expectations that do not hold."""
     from femflex.case.verdicts import diagram_verdicts
+    from femflex.extras import MissingExtra, require
 
     table, picture = diagram_paths(output)
+    drawn: Path | None = picture
+    try:
+        require("view", "pictures of diagrams")
+    except MissingExtra as error:
+        print_error(f"{error}; the table is kept in {table}")
+        drawn = None
     theme = "light" if case.pictures is None else case.pictures.theme
     diagram, stopped = computed_diagram(case)
     if diagram is not None:
         print()
-        CampbellOutputs(table, picture, theme, force).report(case, diagram)
+        CampbellOutputs(table, drawn, theme, force).report(case, diagram)
     if stopped is not None:
         raise stopped
     assert diagram is not None

@@ -28,6 +28,7 @@ from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
 from femflex.fem.support import COMPONENTS, Support, Supports, as_support
 from femflex.fem.tables import InertiaBlock, StrainBlock, mass_and_stiffness
 from femflex.mesh.regions import with_whole_groups
+from femflex.summary import Rows, Summarised, listed
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -57,8 +58,8 @@ class StructureSkin:
     operator: sparse.csr_array
 
 
-@dataclass(frozen=True, eq=False)
-class Structure:
+@dataclass(frozen=True, eq=False, repr=False)
+class Structure(Summarised):
     """Finite elements of a mesh, in mesh coordinates.
 
     M, K0        (n_dof, n_dof)        mass, and stiffness without that of initial stress, on the independent dofs
@@ -91,8 +92,13 @@ class Structure:
     point_names: Mapping[int, str] = field(default_factory=dict)
     known: dict[tuple[Any, ...], tuple[Any, ...]] = field(default_factory=dict, init=False, repr=False)
 
-    def __repr__(self) -> str:
-        return f"Structure of {self.M.shape[0]} degrees of freedom on {len(self.mesh.points)} points"
+    def summary(self) -> tuple[str, Rows]:
+        """Mass, degrees of freedom, cells and groups."""
+        mass = sum(float(block.dm.sum()) for block in self.inertia)
+        cells = [f"{len(nodes)} {cell}" for cell, nodes in self.mesh.cells.items()]
+        rows = [("mass", f"{mass:.6g} kg"), ("degrees of freedom", str(self.n_dof))]
+        rows += [("points", str(len(self.mesh.points))), ("cells", listed(cells)), ("groups", listed(self.mesh.groups))]
+        return "Structure", rows + [("initial stress", "yes")] * self.stressed + [("note", note) for note in self.notes]
 
     def recalled(self, key: tuple[Any, ...], make: Callable[[], Any]) -> Any:
         """Return the result of `make` for this structure, computed once; its warnings are repeated at every call."""

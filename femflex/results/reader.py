@@ -206,6 +206,27 @@ class Run:
 
         return dataset(self)
 
+    def view(self, time: float | None = None, **look: Any) -> Any:
+        """The run at an instant [s], in a notebook: a view that turns where trame is installed, else a picture.
+
+        time: by default that of the largest elastic displacement;  look: the fields of `femflex.view.Look`
+        """
+        from femflex.notebook import view
+
+        return view(self, time, **look)
+
+    def plot(self, *channels: str, path: str | Path | None = None, **options: Any) -> Path:
+        """A picture of channels over time, which a notebook shows; options: of `femflex.view.plot_histories`."""
+        from femflex.notebook import plot
+
+        return plot(self, channels, path, **options)
+
+    def report(self, path: str | Path | None = None, force: bool = False) -> Path:
+        """The report of `femflex report`, an HTML file that a notebook shows."""
+        from femflex.notebook import report
+
+        return report(self, path, force)
+
     def close(self) -> None:
         """Close the file."""
         self.file.close()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Unpack
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -45,6 +45,18 @@ def render_picture(
         scene.show(motion(run, np.array([instant]), plan.camera, plan.body, options.traces, plan.scale), 0)
         write_png(draft, scene.image())
     return Drawing(path)
+
+
+def turning_view(run: Run, time: float | None = None, **look: Unpack[LookOptions]) -> Any:
+    """A view of the run at a time [s] that turns in a notebook, by pyvista and trame. Raises as `render_picture`."""
+    options = Look(**look)
+    if time is not None:
+        _checked_time(run, time)
+    plan = plan_scene(run, options, time)
+    instant = plan.peak if time is None else time
+    scene = Scene(run, options, plan)
+    scene.show(motion(run, np.array([instant]), plan.camera, plan.body, options.traces, plan.scale), 0)
+    return scene.turning()
 
 
 def render_movie(

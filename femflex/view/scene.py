@@ -91,6 +91,11 @@ class Scene:
         """The picture, (height, width, 3)."""
         return screenshot_of(self._plotter, self._samples)
 
+    def turning(self) -> Any:
+        """The scene as a widget of a notebook, drawn by the kernel as it is turned; it keeps the window open."""
+        self._plotter.notebook = True
+        return self._plotter.show(jupyter_backend="server", return_viewer=True)
+
     def close(self) -> None:
         """Close the window."""
         self._plotter.close()

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
+import venv
 from pathlib import Path
 
 import pytest
@@ -44,27 +46,39 @@ def test_doctor_finds_what_works(femflex):
     assert "equations" not in facts["failed"] and "numpy" in facts["libraries"]
 
 
+LEFT_OUT = (".git", ".venv", "build", "dist", "_build", "*.egg-info", "__pycache__", ".*_cache", "*.h5", "*.mp4")
+CORE = 620e6  # bytes of an installation that draws nothing
+
+
 @pytest.mark.slow
-def test_built_wheel_has_the_cases(tmp_path):
-    """A wheel and an archive are built, the wheel is installed elsewhere, and a shipped case checks there."""
-    pip = [sys.executable, "-m", "pip"]
-    subprocess.run([*pip, "wheel", "--quiet", "--no-deps", "-w", tmp_path / "dist", ROOT], check=True)
-    (wheel,) = (tmp_path / "dist").glob("femflex-*.whl")
-    subprocess.run(
-        [*pip, "install", "--quiet", "--no-deps", "--prefix", tmp_path / "p", "--ignore-installed", wheel], check=True
-    )
-    (package,) = (tmp_path / "p").rglob("femflex/__init__.py")
-    environment = {**os.environ, "PYTHONPATH": str(package.parents[1])}
+def test_built_packages_run_in_a_clean_environment(tmp_path):
+    """An archive, and a wheel from it, are built; each, installed without extras, copies, checks and runs cases."""
+    shutil.copytree(ROOT, tmp_path / "source", ignore=shutil.ignore_patterns(*LEFT_OUT))
+    build = [sys.executable, "-m", "build", "--outdir", tmp_path / "dist", tmp_path / "source"]
+    subprocess.run(build, check=True, capture_output=True)
+    venv.create(tmp_path / "env", with_pip=True)
+    clean = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
+    (python,) = (*tmp_path.glob("env/bin/python"), *tmp_path.glob("env/Scripts/python.exe"))
 
-    def run(*arguments: str) -> str:
-        command = [sys.executable, "-m", "femflex", *arguments]
-        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
-        return done.stdout
+    def run(*arguments: str, code: int = 0) -> str:
+        command = [python, "-m", *arguments]
+        done = subprocess.run(command, cwd=tmp_path, env=clean, capture_output=True, text=True)
+        assert done.returncode == code, done.stderr
+        return done.stdout + done.stderr
 
-    assert "copied" in run("examples", "orbiter_beam", "-o", "mine")
-    assert "no problems" in run("check", "mine/cases/orbiter_beam.toml")
-    where = subprocess.run(
-        [sys.executable, "-c", "import femflex; print(femflex.__file__)"],
-        cwd=tmp_path, env=environment, capture_output=True, text=True, check=True,
-    )  # fmt: skip
-    assert Path(where.stdout.strip()) == package
+    for kind, options in (("whl", []), ("tar.gz", ["--no-deps", "--force-reinstall"])):
+        (package,) = (tmp_path / "dist").glob(f"femflex-*.{kind}")
+        run("pip", "install", "--quiet", *options, str(package))
+        assert "copied" in run("femflex", "examples", "orbiter_beam", "chaplygin_sleigh", "spin_up", "-o", kind)
+        assert "no problems" in run("femflex", "check", f"{kind}/cases/orbiter_beam.toml")
+        assert 'pip install "femflex[view]"' in run("femflex", "run", f"{kind}/cases/chaplygin_sleigh.toml", "--force")
+    (package,) = tmp_path.glob("env/**/femflex/__init__.py")
+    sizes = [path.stat().st_size for path in package.parents[1].rglob("*") if path.is_file()]
+    assert sum(sizes) < CORE and not (package.parents[1] / "vtkmodules").exists()
+    run("femflex", "modes", "whl/cases/spin_up.toml")
+    run("femflex", "converge", "whl/cases/spin_up.toml", "--over", "modes", "--levels", "1,2")
+    for end in ("glb", "csv"):
+        run("femflex", "export", "chaplygin_sleigh.h5", "-o", f"sleigh.{end}")
+    for arguments in (("render",), ("plot",), ("export", "-o", "sleigh.vtkhdf"), ("report",)):
+        verb, *options = arguments
+        assert "pip install" in run("femflex", verb, "chaplygin_sleigh.h5", *options, code=2)

@@ -6,6 +6,7 @@ import importlib
 import re
 import subprocess
 import sys
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -126,3 +127,17 @@ def test_the_citation_names_the_version_and_the_licence():
     lines = (TOP / "docs" / "CITATION.cff").read_text(encoding="utf-8").splitlines()
     assert f"version: {femflex.__version__}" in lines and "license: BSD-3-Clause" in lines
     assert any("Modi" in line for line in lines)
+
+
+FORGE = {"matplotlib": "matplotlib-base"}  # names on conda-forge that differ from those on PyPI
+
+
+def test_the_recipe_has_the_version_and_the_requirements_of_the_package():
+    project = tomllib.loads((TOP / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    recipe = (TOP / "docs" / "packaging" / "meta.yaml").read_text(encoding="utf-8")
+    assert f'version = "{femflex.__version__}"' in recipe and project["version"] == femflex.__version__
+    core, view = (part.split("    test:\n")[0] for part in recipe.split("      run:\n")[1:])
+    for part, listed in ((core, project["dependencies"]), (view, project["optional-dependencies"]["view"])):
+        wanted = {re.sub(r"^[\w-]+", lambda match: FORGE.get(match[0], match[0]), name) for name in listed}
+        found = re.findall(r"^        - ([\w-]+) (\S+)$", part, re.MULTILINE)
+        assert {"".join(pair) for pair in found if pair[0] != "python"} == wanted
