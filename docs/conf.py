@@ -8,7 +8,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
-from generate import api, case_keys, channels, messages, validation, verbs  # noqa: E402
+from generate import api, messages, validation  # noqa: E402
 
 from femflex import __version__  # noqa: E402
 
@@ -30,10 +30,10 @@ suppress_warnings = ["misc.highlighting_failure"]
 
 
 def generate_pages(_app: object) -> None:
-    """Write the pages that come from the schema, the verbs, the channels and the packages."""
+    """Write the pages that are not stored: messages, validation and the API."""
     target = HERE / "generated"
     target.mkdir(exist_ok=True)
-    for generator in (case_keys, verbs, channels, messages, validation, api):
+    for generator in (messages, validation, api):
         generator.write(target)
 
 

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from femflex.case.schema import json_schema
+from generate.examples import Use, example, law_uses, motion_uses, named_uses, sources, uses_of
 from generate.markdown import cell, code, save, table
 
 Schema = dict[str, Any]
+Pool = dict[int, list[Use]]
 HEAD = """# Keys of a case file
 
 A case is a TOML file. Plain numbers are in SI. A text such as `"33 m"` or `"30 deg"` carries its own unit, which is
-checked for dimension. This page is generated from the schema, which `femflex schema` prints. A key without a default is
-required; a dash marks a key that may be left out.
+checked for dimension. `python docs/generate/reference.py` writes this page from the schema, which `femflex schema`
+prints. A key without a default is required; a dash marks a key that may be left out.
 
 """
 PARENTS = {
@@ -56,6 +58,13 @@ def write(target: Path) -> None:
 
 def page(schema: Schema) -> str:
     """Text of the whole page."""
+    pool: Pool = {}  # of each table, wherever it stands: many stand in several others
+    _page(schema, pool)
+    return _page(schema, pool)
+
+
+def _page(schema: Schema, pool: Pool) -> str:
+    """The page with examples from the pool, which is filled on the way."""
     root = schema["properties"]
     plain = {key: about for key, about in root.items() if not tables_of(about, schema)}
     sections = [HEAD, "## Top of the file\n", keys_table(plain, schema.get("required", []), schema)]
@@ -66,27 +75,36 @@ def page(schema: Schema) -> str:
         tables = tables_of(about, schema)
         for name, inner in tables.items():
             single = len(tables) == 1
-            sections.append(section(name, inner, schema, 2 if single else 3, single))
+            uses = uses_of(sources(), key, inner)
+            sections.append(section(name, inner, schema, uses, pool, 2 if single else 3, single))
         if key == "bodies":
-            sections.append(shared_tables(schema))
+            bodies = [use for inner in tables.values() for use in uses_of(sources(), key, inner)]
+            sections.append(shared_tables(schema, bodies, pool))
     return "\n".join(sections)
 
 
 SHARED = {"markers.NAME": "MarkerTable", "initial": "InitialTable", "damping": "DampingTable"}  # of several bodies
 
 
-def shared_tables(schema: Schema) -> str:
+def shared_tables(schema: Schema, bodies: Sequence[Use], pool: Pool) -> str:
     """The tables that several kinds of bodies have, written once."""
-    return "".join(
-        section(f"bodies.NAME.{name}", schema["$defs"][definition], schema) for name, definition in SHARED.items()
-    )
+    text = ""
+    for name, definition in SHARED.items():
+        about = schema["$defs"][definition]
+        uses = uses_of(bodies, name.partition(".")[0], about)
+        text += section(f"bodies.NAME.{name}", about, schema, uses, pool)
+    return text
 
 
-def section(name: str, about: Schema, schema: Schema, depth: int = 3, single: bool = False) -> str:
-    """One table of the case with the tables inside it."""
+def section(
+    name: str, about: Schema, schema: Schema, uses: Sequence[Use], pool: Pool, depth: int = 3, single: bool = False
+) -> str:
+    """One table of the case with an example, and the tables inside it."""
     head = "" if single else f"\n{'#' * depth} {name}\n\n"
     text = f"{head}{cell(about.get('description', ''))}\n\n"
     text += keys_table(about.get("properties", {}), about.get("required", []), schema)
+    pool.setdefault(id(about), []).extend(uses)
+    text += example(uses or pool[id(about)])
     extra = about.get("additionalProperties")
     inner_tables: dict[int, tuple[str, str, Schema]] = {}  # a table once, though several keys hold it
     for key, entry in about.get("properties", {}).items():
@@ -103,7 +121,8 @@ def section(name: str, about: Schema, schema: Schema, depth: int = 3, single: bo
         }
     for kind_name, key, inner_table in inner_tables.values():
         kind = f" ({kind_name})" if is_kind(inner_table) else ""
-        text += section(f"{name}.{key}{kind}", inner_table, schema, min(depth + 1, 5))
+        inner_uses = uses_of(uses, key, inner_table) if key != "NAME" else named_uses(uses, inner_table)
+        text += section(f"{name}.{key}{kind}", inner_table, schema, inner_uses, pool, min(depth + 1, 5))
     text += "".join(
         joint_laws(entry) for key, entry in about.get("properties", {}).items() if key == "laws" and name == "weld"
     )
@@ -238,7 +257,7 @@ def joint_laws(about: Schema) -> str:
                 rows.append([code(kind), code(key), unit_of(inner), default, cell(inner["description"])])
     common_keys = about["items"]["anyOf"][0]["properties"]
     rows += [["all", code(key), "", "–", cell(common_keys[key]["description"])] for key in ("coordinate", "name")]
-    text += table(("kind", "key", "unit", "default", "meaning"), rows)
+    text += table(("kind", "key", "unit", "default", "meaning"), rows) + example(law_uses())
     return text + "\n### Motions of joint coordinates\n\n" + MOTIONS + motion_kinds()
 
 
@@ -256,7 +275,7 @@ def motion_kinds() -> str:
         for key in keys:
             default = "required" if key in NEEDED.get(kind, ()) else "–"
             rows.append([code(kind), code(key), default, cell(MEANINGS[kind][key])])
-    return table(("kind", "key", "default", "meaning"), rows)
+    return table(("kind", "key", "default", "meaning"), rows) + example(motion_uses())
 
 
 def options(about: Schema) -> str:

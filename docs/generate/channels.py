@@ -19,8 +19,8 @@ HEAD = """# Channels of a result file
 
 A channel is an array over time in the result file. `femflex info run.h5` lists those of a run, and `femflex plot` draws
 them. Every channel carries its unit, meaning, column names and axes as attributes. Capital words stand for the names in
-your case. Channels marked "orbit" need an orbit, those marked "ground" need a case without one. This page is generated
-from the program.
+your case. Channels marked "orbit" need an orbit, those marked "ground" need a case without one.
+`python docs/generate/reference.py` writes this page from the program.
 
 LINE is a body cut into segments, LINE.K its segment K.
 

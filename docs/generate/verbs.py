@@ -14,7 +14,7 @@ HEAD = """# Verbs of the command line
 
 Every verb explains itself with `--help`. Exit codes: 0 done; 2 bad input (one sentence per problem, nothing written);
 3 the numerics failed (what was computed is kept); 130 interrupted (likewise). Set `FEMFLEX_TRACEBACK=1` to see where an
-error came from. This page is generated from the program.
+error came from. `python docs/generate/reference.py` writes this page from the program.
 
 """
 

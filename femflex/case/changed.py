@@ -6,6 +6,7 @@ import json
 import re
 import tomllib
 from collections.abc import Mapping
+from datetime import date, time
 from difflib import get_close_matches
 from functools import lru_cache
 from typing import Any
@@ -173,4 +174,4 @@ def _value(value: Any) -> str:
         return "{ " + ", ".join(f"{_key(key)} = {_value(entry)}" for key, entry in value.items()) + " }"
     if isinstance(value, list):
         return "[" + ", ".join(map(_value, value)) + "]"
-    return repr(value)  # numbers, inf and nan; dates as TOML writes them
+    return value.isoformat() if isinstance(value, date | time) else repr(value)  # numbers, inf and nan as Python's

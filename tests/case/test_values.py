@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -172,6 +173,7 @@ def test_regions_of_a_body_are_groups_of_its_mesh():
 
 
 TABLES: dict[str, Any] = {
+    "environment": {"epoch": datetime(2026, 3, 20, 12, tzinfo=UTC)},
     "title": 'é "quoted" \\ line\nbreak \U0001f6f0 of\ttwo',
     "on": True,
     "empty": [],
