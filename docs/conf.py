@@ -8,7 +8,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
-from generate import api, messages, validation  # noqa: E402
+from generate import api, validation  # noqa: E402
 
 from femflex import __version__  # noqa: E402
 
@@ -18,7 +18,7 @@ copyright = "the femflex authors"
 release = version = __version__
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.mathjax"]
-myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist"]
+myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist", "html_image"]
 myst_heading_anchors = 3
 exclude_patterns = ["_build", "generate"]
 html_theme = "furo"
@@ -30,10 +30,10 @@ suppress_warnings = ["misc.highlighting_failure"]
 
 
 def generate_pages(_app: object) -> None:
-    """Write the pages that are not stored: messages, validation and the API."""
+    """Write the pages that are not stored: validation and the API."""
     target = HERE / "generated"
     target.mkdir(exist_ok=True)
-    for generator in (messages, validation, api):
+    for generator in (validation, api):
         generator.write(target)
 
 

@@ -6,6 +6,7 @@ written by `python docs/generate/pictures.py`; a test compares the page with the
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from femflex import read_case
@@ -35,10 +36,57 @@ def page() -> str:
     return HEAD + contents() + "\n".join(case_entry(path) for path in shipped_cases())
 
 
+SUBJECTS = {
+    "Panels and slews": (
+        "panel_slew panel_slew_hard panel_on_bracket tumbling_panels panel_notch slew_spillover slew_notch stiff_mast"
+    ),
+    "Orbits and librations": (
+        "orbiter_beam orbiter_beam_held orbiter_pitch30 orbiter_pitch_held orbiter_roll5 orbiter_roll25 orbiter_yaw30 "
+        "eccentric_pitch gravity_gradient swinging_boom"
+    ),
+    "Deployment": (
+        "orbiter_deployment orbiter_deployment_free solar_blankets unfolding_array wire_booms boom_payload "
+        "tether_deployment"
+    ),
+    "Tethers, cables, blankets and sails": (
+        "tethered_satellite hanging_chain spinning_cable blanket_array sunlit_blanket tensioned_sail sail_trim"
+    ),
+    "Spin, rotors and large deflections": (
+        "spinner nutation_damper rotating_blade helicopter_blade spin_up spin_up_segments spinning_plate elastica"
+    ),
+    "Wheels, thrusters, sensors and controllers": (
+        "cmg_manoeuvre wheel_jitter detumble magnetic_detumbling delayed_samples geostationary_momentum gimbal_antenna "
+        "propellant_pendulum scole"
+    ),
+    "Sun, air and field": "boom_in_the_air shaded_wings sun_synchronous",
+    "Decks, matrices and shells": "deck_mast deck_laminate deck_half_panels boom_matrices reflector",
+    "Mechanisms": "four_bar flexible_chain andrews_squeezer chaplygin_sleigh rolling_disc",
+}
+STILL = re.compile(r"run|[\d.]+s")  # pictures of the craft, rather than plots
+THUMBNAIL = 200  # pixels
+
+
 def contents() -> str:
-    """Links to all cases with their titles."""
-    rows = [[f"[{path.stem}](#{path.stem})", cell(read_case(path).title)] for path in shipped_cases()]
-    return table(("case", "title"), rows) + "\n"
+    """Links to all cases with a small picture and their titles, by subject. Raises ValueError for a case without."""
+    names = {path.stem for path in shipped_cases()}
+    listed = [name for group in SUBJECTS.values() for name in group.split()]
+    if sorted(listed) != sorted(names):
+        raise ValueError(f"these cases are not in one subject of the gallery: {sorted(names ^ set(listed))}")
+    text = ""
+    for subject, group in SUBJECTS.items():
+        rows = [
+            [thumbnail(name), f"[{name}](#{name})", cell(read_case(TOP / "cases" / f"{name}.toml").title)]
+            for name in group.split()
+        ]
+        text += f"**{subject}**\n\n{table(('', 'case', 'title'), rows)}\n"
+    return text
+
+
+def thumbnail(name: str) -> str:
+    """A small picture of a case, as HTML."""
+    pictures = case_pictures(name)
+    picture = next((path for path in pictures if STILL.fullmatch(path.stem)), pictures[0])
+    return f'<img src="{picture.relative_to(PICTURES.parent).as_posix()}" width="{THUMBNAIL}" alt="{name}">'
 
 
 def shipped_cases() -> list[Path]:
