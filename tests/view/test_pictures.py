@@ -95,6 +95,16 @@ def test_frame_is_the_picture_of_its_time(tmp_path, run):
     assert np.array_equal(pixels_of(folder / "frame_00004.png"), single)
 
 
+def test_run_shows_itself_as_view_renders_it(tmp_path, run):
+    rendered = pixels_of(render_picture(run, tmp_path / "a.png", time=3.0, **SMALL))
+    assert np.array_equal(pixels_of(run.view(3.0, **SMALL)), rendered)
+    plotted = run.plot("bodies/boom/position")
+    assert plotted.suffix == ".svg" and "position" in plotted.read_text(encoding="utf-8")
+    assert "<h1>" in run.report(tmp_path / "a.html").read_text(encoding="utf-8")
+    with pytest.raises(FileExistsError):
+        run.report(tmp_path / "a.html")
+
+
 def test_interrupted_movie_has_the_frames_drawn_before(tmp_path, run):
     def stop(done, count):
         if done == 7:
