@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from traceback import walk_tb
 
+from femflex.extras import MissingExtra
+
 # texts of Python's int and float
 NO_NUMBER = re.compile(r"(?:invalid literal for int\(\) with base \d+|could not convert string to float): (.+)")
 
@@ -34,7 +36,7 @@ def reading(path: Path, kind: str, advice: str) -> Iterator[None]:
             f"{path.name} could not be read as {kind}: it needs more memory than is free, or than a file of "
             f"{path.stat().st_size} bytes can need. {advice}"
         ) from None
-    except Warning:  # of femflex, where the caller turns warnings into errors
+    except (Warning, MissingExtra):  # of femflex; warnings where the caller turns them into errors
         raise
     except Exception as error:
         if isinstance(error, OSError) and error.errno is not None and error.filename is not None:

@@ -86,9 +86,6 @@ ALONE = {
 NOT_YET: dict[str, set[str]] = {  # file -> layers that it imports and should not; entries may go, none may come
     "case/options.py": {"fem"},  # options of member families stand beside these, with their units
 }
-DELEGATES = {  # file -> the layer to which its methods hand over when they are called
-    "results/reader.py": {"notebook"},
-}
 FILES = sorted(path for path in PACKAGE.rglob("*.py"))
 
 
@@ -121,8 +118,7 @@ def check_imports(path: Path) -> None:
     """Assert that a file imports only what its layer may."""
     layer = layer_of(path)
     allowed = ALLOWED[layer] | {layer, "arrays", "extras", "warning", "__version__"}
-    file = str(path.relative_to(PACKAGE))
-    excepted = NOT_YET.get(file, set()) | DELEGATES.get(file, set())
+    excepted = NOT_YET.get(str(path.relative_to(PACKAGE)), set())
     exceptions = set()
     for name in imported_names(path):
         top, *inner = name.split(".")
@@ -131,4 +127,4 @@ def check_imports(path: Path) -> None:
             exceptions.add(inner[0])
         if top in ALONE:
             assert layer in ALONE[top], f"{path.name} of {layer} imports {name}; only {ALONE[top]} may"
-    assert exceptions == excepted, f"{path.name} no longer imports {excepted - exceptions}: take it out"
+    assert exceptions == excepted, f"{path.name} no longer imports {excepted - exceptions}: take it out of NOT_YET"

@@ -6,6 +6,7 @@ import difflib
 import html
 from collections.abc import Iterator, Mapping
 from functools import cached_property
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Run", "RunBody", "open_file", "open_run"]
 
+SHOWING = "femflex.notebook"  # in a layer above, so it is loaded by its name when a run is to show itself
 KIND, ADVICE = "result file", "Take an unchanged copy, or run the case anew."
 
 
@@ -211,21 +213,15 @@ class Run:
 
         time: by default that of the largest elastic displacement;  look: the fields of `femflex.view.Look`
         """
-        from femflex.notebook import view
-
-        return view(self, time, **look)
+        return import_module(SHOWING).view(self, time, **look)
 
     def plot(self, *channels: str, path: str | Path | None = None, **options: Any) -> Path:
         """A picture of channels over time, which a notebook shows; options: of `femflex.view.plot_histories`."""
-        from femflex.notebook import plot
-
-        return plot(self, channels, path, **options)
+        return import_module(SHOWING).plot(self, channels, path, **options)
 
     def report(self, path: str | Path | None = None, force: bool = False) -> Path:
         """The report of `femflex report`, an HTML file that a notebook shows."""
-        from femflex.notebook import report
-
-        return report(self, path, force)
+        return import_module(SHOWING).report(self, path, force)
 
     def close(self) -> None:
         """Close the file."""
