@@ -7,10 +7,13 @@ import os
 import shutil
 import subprocess
 import sys
+import tomllib
 import venv
 from pathlib import Path
 
 import pytest
+
+from femflex.extras import PACKAGES, MissingExtra, require
 
 ROOT = Path(__file__).parents[2]
 
@@ -44,6 +47,13 @@ def test_doctor_finds_what_works(femflex):
     facts = json.loads(out)
     assert code == (3 if facts["failed"] else 0)
     assert "equations" not in facts["failed"] and "numpy" in facts["libraries"]
+
+
+def test_extras_of_messages_are_those_of_the_package():
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+    assert set(PACKAGES) <= set(extras)
+    with pytest.raises(MissingExtra, match=r'kites need .*: pip install "femflex\[view\]"'):
+        require("view", "kites", "no_such_package")
 
 
 LEFT_OUT = (".git", ".venv", "build", "dist", "_build", "*.egg-info", "__pycache__", ".*_cache", "*.h5", "*.mp4")
