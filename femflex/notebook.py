@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from femflex.results import Run
-from femflex.view.drawing import Drawing
+from femflex.view.window import Drawing
 
 TRAME = ("trame", "trame_vtk", "trame_vuetify", "ipywidgets")  # what pyvista needs for views that turn
 _numbers = count(1)

@@ -16,6 +16,11 @@ QUIET_REMOVAL = "ignore:resource_tracker:UserWarning"
 SERVER = "forkserver"  # copies one process that has the modules; a copy of this one could hold locks of its threads
 
 
+def usable_cores() -> int:
+    """Number of processor cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def worker_context(modules: list[str]) -> BaseContext:
     """The context that starts worker processes which have these modules loaded.
 

@@ -10,7 +10,7 @@ from femflex import fem, read_case, read_mesh
 from femflex.body import rigid_body
 from femflex.dynamics import compile_system
 from femflex.system import Load, System, free
-from femflex.view.drawing import Drawing
+from femflex.view.window import Drawing
 
 CASES = Path(__file__).parents[1] / "cases"
 

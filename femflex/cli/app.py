@@ -23,9 +23,7 @@ from femflex.cli import (
     new,
     plot,
     render,
-    report,
     run,
-    schema,
     stability,
     stress,
     sweep,
@@ -41,14 +39,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-
-
-def _version(requested: bool) -> None:
-    if requested:
-        typer.echo(f"femflex {__version__}")
-        raise typer.Exit
-
-
 FIRST_STEPS = """femflex tells how a spacecraft of rigid and flexible parts moves. To begin:
 
   femflex doctor                           whether everything works on this machine
@@ -58,6 +48,12 @@ FIRST_STEPS = """femflex tells how a spacecraft of rigid and flexible parts move
   femflex run first.toml                   simulate it, with pictures
   femflex report first.h5                  the run as a page for your browser
   femflex --help                           all verbs; each explains itself with --help"""
+
+
+def _version(requested: bool) -> None:
+    if requested:
+        typer.echo(f"femflex {__version__}")
+        raise typer.Exit
 
 
 @app.callback()
@@ -87,12 +83,12 @@ for _verb in (
     linearize.linearize,
     stability.stability,
     sweep.sweep,
-    report.report,
+    export.report,
     export.export,
     check.check,
     examples.examples,
     doctor.doctor,
     info.info,
-    schema.schema,
+    new.schema,
 ):
     app.command(epilog=EXAMPLES[_verb.__name__])(_verb)

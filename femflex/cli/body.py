@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from femflex.cli.options import CaseFile, Force
 from femflex.cli.progress import Patience
 from femflex.cli.verb import verb
 
@@ -15,7 +16,7 @@ MODELS = (".npz", ".mat", ".op4", ".bdf", ".pch", ".dmig")  # suffixes of models
 
 @verb("femflex body cases/orbiter_beam.toml beam -o beam.h5")
 def body(
-    case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)],
+    case: CaseFile,
     name: Annotated[str, typer.Argument(help="Name of the body in the case.", show_default=False)],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Body file. Default: NAME.h5.")] = None,
     number: Annotated[
@@ -29,7 +30,7 @@ def body(
             "may be repeated.",
         ),
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
+    force: Force = False,
 ) -> None:
     """Reduce one body of a case and save it; a case uses it with kind = "file".
 

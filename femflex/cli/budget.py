@@ -5,11 +5,13 @@ from __future__ import annotations
 import tempfile
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from femflex.cli.options import Force, Json, MovedCase, Theme
 from femflex.cli.progress import Bar, Patience
+from femflex.cli.tables import print_json, print_line, print_table
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
@@ -23,13 +25,10 @@ def budget(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="PNG or SVG picture: torques and momentum over time.")
     ] = None,
-    case: Annotated[
-        Path | None,
-        typer.Option("--case", help="Where the case file of a run is now, if it has moved."),
-    ] = None,
-    theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
-    json: Annotated[bool, typer.Option("--json", help="Print the budget as JSON.")] = False,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing picture.")] = False,
+    case: MovedCase = None,
+    theme: Theme = "light",
+    as_json: Json = False,
+    force: Force = False,
 ) -> None:
     """Print the torque budget of a craft: gravity gradient, sunlight, air, field, loads and thrusters, and their sum.
 
@@ -52,16 +51,16 @@ def budget(
             needed = [f"{body}/attitude", f"{body}/position", "monitors/center_of_mass"]
             needed += [path for path in run if path.startswith("effectors/") and path.endswith("/force")]
             result = torque_budget(model, run.time, run.states(), {path: run[path] for path in needed})
-        if json:
+        if as_json:
             print_budget_json(result)
         else:
             print_budget(result)
         if output is not None:
-            from femflex.view.budget import plot_budget
+            from femflex.view.terms import plot_budget
 
             torques = {source.name: source.torque for source in result.sources}
-            plot_budget(run, result.time, torques, result.sources[-1].momentum, output, theme, force=force)
-            if not json:
+            plot_budget(run, result.time, torques, result.sources[-1].momentum, output, theme=theme, force=force)
+            if not as_json:
                 print(f"picture     {output}")
 
 
@@ -85,41 +84,31 @@ def print_budget(result: TorqueBudget) -> None:
     """Print the table of a budget."""
     import numpy as np
 
-    from femflex.cli.tables import print_folded, print_table
-
     covered = f"{result.orbits:g} orbit{'s' if result.orbits != 1 else ''}"
     if not result.in_orbit:
         covered = "the whole run in place of an orbit"
     if not result.whole:
         covered += ", less than one: means and momentum are those of this part"
     span = f"{result.time[0]:g} to {result.time[-1]:g} s"
-    print_folded(f"budget      {span}, {covered}; about the centre of mass, body axes")
-    heads: list[str] = ["source", "mean x, N m", "mean y, N m", "mean z, N m", "largest, N m"]
-    heads += ["secular per orbit, N m s", "cyclic, N m s", "mean force, N", "by deformation, N m"]
+    print_line("budget", f"{span}, {covered}; about the centre of mass, body axes")
+    heads = ["mean x, N m", "mean y, N m", "mean z, N m", "largest, N m", "secular per orbit, N m s", "cyclic, N m s"]
     rows = [
         (
-            source.name,
-            *(f"{value:.3e}" for value in source.mean),
-            f"{source.largest:.3e}",
-            f"{np.linalg.norm(result.secular(source)):.3e}",
-            f"{result.cyclic(source):.3e}",
-            f"{source.mean_force:.3e}",
-            f"{source.deformation:.3e}",
+            source.name, *source.mean, source.largest, np.linalg.norm(result.secular(source)), result.cyclic(source),
+            source.mean_force, source.deformation,
         )
         for source in result.sources
-    ]
-    print_table(heads, rows)
+    ]  # fmt: skip
+    print_table(["source", *((head, ".3e") for head in (*heads, "mean force, N", "by deformation, N m"))], rows)
 
 
 def print_budget_json(result: TorqueBudget) -> None:
     """Print a budget as JSON, in SI."""
-    from json import dumps
-
-    sources: dict[str, dict[str, Any]] = {
+    sources = {
         source.name: {
-            "mean_torque": source.mean.tolist(),
+            "mean_torque": source.mean,
             "largest_torque": source.largest,
-            "secular_momentum_per_orbit": result.secular(source).tolist(),
+            "secular_momentum_per_orbit": result.secular(source),
             "cyclic_momentum": result.cyclic(source),
             "mean_force": source.mean_force,
             "torque_by_deformation": source.deformation,
@@ -127,4 +116,4 @@ def print_budget_json(result: TorqueBudget) -> None:
         for source in result.sources
     }
     span = {"start": float(result.time[0]), "end": float(result.time[-1]), "orbits": result.orbits}
-    print(dumps({**span, "whole_orbits": result.whole, "sources": sources}, indent=2))
+    print_json({**span, "whole_orbits": result.whole, "sources": sources})

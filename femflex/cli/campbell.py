@@ -2,30 +2,45 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from femflex.cli.advice_lines import Verbose, print_reasons, strain_data
-from femflex.cli.campbell_report import print_campbell, write_table
-from femflex.cli.outputs import DIAGRAM_SUFFIXES, PAGE_SUFFIXES, PICTURE, REPORT, TABLE, outputs
+from femflex.cli.advice_lines import print_reasons, strain_data
+from femflex.cli.options import (
+    DIAGRAM_SUFFIXES,
+    PAGE_SUFFIXES,
+    PICTURE,
+    REPORT,
+    TABLE,
+    At,
+    CaseFile,
+    Force,
+    Json,
+    Theme,
+    Verbose,
+    outputs,
+    read_seconds,
+)
 from femflex.cli.progress import Bar, Patience
-from femflex.cli.tables import print_folded, print_json
-from femflex.cli.times import read_seconds
+from femflex.cli.tables import print_folded, print_json, print_line, print_table, write_csv
 from femflex.cli.verb import print_error, verb
 
 if TYPE_CHECKING:
     from femflex.case import Case
     from femflex.pipeline.decisions import ResolvedCase
-    from femflex.studies.campbell import Campbell, Spin
-    from femflex.studies.campbell.matching import Match
+    from femflex.studies.campbell import Campbell, Step
+
+PRINTED = 1e-6  # damping ratio below which none is printed
 
 
 @verb('femflex campbell cases/helicopter_blade.toml --speeds "0:400 rpm:41" -o campbell.png -o campbell.csv')
 def campbell(
-    case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)],
+    case: CaseFile,
     speeds: Annotated[
         str | None,
         typer.Option(
@@ -43,18 +58,15 @@ def campbell(
             "--vary", help="KEY=FIRST:LAST:NUMBER of another value than the speed: joints.0.stiffness=1:9:17."
         ),
     ] = None,
-    at: Annotated[
-        str | None,
-        typer.Option("--at", help="Time at which loads that vary are taken: seconds, or a text such as '2 min'."),
-    ] = None,
+    at: At = None,
     output: Annotated[
         list[Path] | None,
         typer.Option("-o", "--output", help="Table (.csv), diagram (.png, .svg) or page (.html); may be repeated."),
     ] = None,
-    theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
-    force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
+    theme: Theme = "light",
+    force: Force = False,
     verbose: Verbose = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Frequencies, damping and stability of a craft over its speed of spin, or another value: the Campbell diagram.
 
@@ -64,12 +76,9 @@ def campbell(
     With --vary, or where the case has a \\[stability] of one value and no \\[campbell], frequencies of its equilibrium
     are followed over that value.
     """
-    files = outputs(output or (), {TABLE: (".csv",), PICTURE: DIAGRAM_SUFFIXES, REPORT: PAGE_SUFFIXES})
-    diagram_outputs, time = (
-        CampbellOutputs(files.get(TABLE), files.get(PICTURE), theme, force, files.get(REPORT)),
-        read_seconds(at, "--at"),
-    )
-    diagram_outputs.check()
+    kinds = {TABLE: (".csv",), PICTURE: DIAGRAM_SUFFIXES, REPORT: PAGE_SUFFIXES}
+    report = DiagramReport(outputs(output, kinds, force, theme), theme, force, as_json)
+    time = read_seconds(at, "--at")
     with Patience("reading the case"):
         from femflex.case import read_case
 
@@ -79,8 +88,7 @@ def campbell(
                 raise ValueError(
                     f"found {'--orders' if orders else '--at'}, which goes with speeds and not with {axis_range[0]}"
                 )
-            print_value_diagram(parsed_case, axis_range, modes, diagram_outputs, as_json)
-            return
+            return print_value_diagram(parsed_case, axis_range, modes, report)
         parsed_case = with_options(parsed_case, speeds, modes, orders)
         from femflex.studies.campbell import axis_of, resolve_campbell_case
 
@@ -90,7 +98,7 @@ def campbell(
         print_reasons(resolved, verbose)
     diagram, stopped = computed_diagram(parsed_case, time, resolved)
     if diagram is not None:
-        diagram_outputs.report(parsed_case, diagram, {"bodies": strain_data(resolved)} if as_json else None)
+        report.print_of_case(parsed_case, diagram, {"bodies": strain_data(resolved)})
     if stopped is not None:
         raise stopped
 
@@ -113,38 +121,23 @@ def value_range(case: Case, vary: str | None, speeds: str | None) -> KeyRange | 
     return key, {"between": axis.between, "points": axis.points}
 
 
-def print_value_diagram(
-    case: Case, axis_range: KeyRange, modes: int | None, diagram_outputs: CampbellOutputs, as_json: bool
-) -> None:
+def print_value_diagram(case: Case, axis_range: KeyRange, modes: int | None, report: DiagramReport) -> None:
     """Print and write the diagram over a value of the case, or its computed part if it is broken off."""
     import numpy as np
 
     from femflex.case.stability import stability_table
-    from femflex.dynamics.linear.equilibrium import EquilibriumError
-    from femflex.studies.campbell import assembled_diagram, value_motions, with_value_axis
-    from femflex.studies.campbell.over_value import MODES
+    from femflex.studies.campbell import MODES, assembled_diagram, value_steps
 
     key, axis = axis_range
     table = stability_table({"vary": {key: axis}}, "--vary").vary[key]
     first, last, unit = table.numbers()
-    modes, steps, stopped = modes or MODES, [], None
+    values = np.linspace(first, last, table.points).tolist()
     with Bar("varying", last - first, unit=unit or "1") as bar:
-        try:
-            for step in value_motions(
-                case, key, np.linspace(first, last, table.points).tolist(), unit, modes, lambda v: bar(v - first)
-            ):
-                steps.append(step)
-        except (KeyboardInterrupt, EquilibriumError) as error:
-            stopped = error
+        followed = value_steps(case, key, values, unit, modes or MODES, lambda value: bar(value - first))
+        steps, stopped = steps_until_interrupt(followed)
     if steps:
-        diagram = with_value_axis(assembled_diagram(steps, modes, (), case.title, stopped is None), key, unit)
-        if as_json:
-            print_json(diagram.to_dict())
-        else:
-            print_campbell(diagram, 1.0, unit)
-        for name, path in diagram_outputs.files(diagram, 1.0, unit):
-            if not as_json:
-                print(f"{name:11} {path}")
+        diagram = assembled_diagram(steps, modes or MODES, (), case.title, stopped is None, key, unit)
+        report.print(diagram, 1.0, unit)
     if stopped is not None:
         raise stopped
 
@@ -166,9 +159,25 @@ def with_options(case: Case, speeds: str | None, modes: int | None, orders: str 
         settings["orders"] = read_levels(orders, "--orders")
         if not settings["orders"] or min(settings["orders"]) < 1:
             raise ValueError(f"--orders is {orders!r}; give whole numbers from 1 on, such as 1,2,3,4")
-    return (
-        case.model_copy(update={"campbell": CampbellTable.model_validate(settings)}) if "speeds" in settings else case
-    )
+    table = CampbellTable.model_validate(settings) if "speeds" in settings else case.campbell
+    return case.model_copy(update={"campbell": table})
+
+
+def steps_until_interrupt(followed: Iterator[Step]) -> tuple[list[Step], BaseException | None]:
+    """The steps of a diagram until it is broken off, and the error that ended it, if there was one."""
+    from femflex.dynamics.linear.equilibrium import EquilibriumError
+    from femflex.results.interrupts import finished_on_interrupt
+
+    steps: list[Step] = []
+    with ExitStack() as keeping:
+        try:
+            for step in followed:
+                if not steps:
+                    keeping.enter_context(finished_on_interrupt("a diagram"))
+                steps.append(step)
+        except (KeyboardInterrupt, EquilibriumError) as error:
+            return steps, error
+    return steps, None
 
 
 def computed_diagram(
@@ -178,31 +187,19 @@ def computed_diagram(
 
     Returns it as far as it came, and the error that ended it, if there was one.
     """
-    from contextlib import ExitStack
+    from femflex.studies.campbell import case_steps, diagram_of
 
-    from femflex.dynamics.linear.equilibrium import EquilibriumError
-    from femflex.results.interrupts import finished_on_interrupt
-    from femflex.studies.campbell import case_spins, diagram_of
-
-    spins: list[tuple[Spin, Match | None]] = []
-    stopped: BaseException | None = None
     scale, unit = (case.campbell.speeds.scale, case.campbell.speeds.unit) if case.campbell else (1.0, "rad/s")
     last = case.campbell.speeds[-1] / scale if case.campbell else 1.0
-    with Bar("spinning", last, unit=unit) as bar, ExitStack() as keeping:
-        try:
-            for step in case_spins(case, at, lambda speed: bar(speed / scale), resolved):
-                if not spins:
-                    keeping.enter_context(finished_on_interrupt("a diagram"))
-                spins.append(step)
-        except (KeyboardInterrupt, EquilibriumError) as error:
-            stopped = error
-    return (diagram_of(case, spins, stopped is None) if spins else None), stopped
+    with Bar("spinning", last, unit=unit) as bar:
+        steps, stopped = steps_until_interrupt(case_steps(case, at, lambda speed: bar(speed / scale), resolved))
+    return (diagram_of(case, steps, stopped is None) if steps else None), stopped
 
 
-def diagram_paths(output: Path) -> tuple[Path, Path]:
+def diagram_paths(output: Path) -> dict[str, Path]:
     """Paths at which `femflex run` leaves the table and the picture of a case's diagram."""
     stem = output.with_suffix("").name
-    return output.with_name(f"{stem}_campbell.csv"), output.with_name(f"{stem}_campbell.png")
+    return {kind: output.with_name(f"{stem}_campbell.{end}") for kind, end in ((TABLE, "csv"), (PICTURE, "png"))}
 
 
 def write_diagram_files(case: Case, output: Path, force: bool) -> list[str]:
@@ -210,18 +207,17 @@ def write_diagram_files(case: Case, output: Path, force: bool) -> list[str]:
     from femflex.case.verdicts import diagram_verdicts
     from femflex.extras import MissingExtra, require
 
-    table, picture = diagram_paths(output)
-    drawn: Path | None = picture
+    files = diagram_paths(output)
     try:
         require("view", "pictures of diagrams")
     except MissingExtra as error:
-        print_error(f"{error}; the table is kept in {table}")
-        drawn = None
+        print_error(f"{error}; the table is kept in {files[TABLE]}")
+        del files[PICTURE]
     theme = "light" if case.pictures is None else case.pictures.theme
     diagram, stopped = computed_diagram(case)
     if diagram is not None:
         print()
-        CampbellOutputs(table, drawn, theme, force).report(case, diagram)
+        DiagramReport(files, theme, force).print_of_case(case, diagram)
     if stopped is not None:
         raise stopped
     assert diagram is not None
@@ -229,59 +225,125 @@ def write_diagram_files(case: Case, output: Path, force: bool) -> list[str]:
 
 
 @dataclass(frozen=True)
-class CampbellOutputs:
-    """Files and form in which a diagram is written."""
+class DiagramReport:
+    """Files and form in which a diagram is reported."""
 
-    table: Path | None
-    picture: Path | None
-    theme: str
-    force: bool
-    page: Path | None = None
+    files: dict[str, Path] = field(default_factory=dict)
+    theme: str = "light"
+    force: bool = False
+    as_json: bool = False
 
-    def check(self) -> None:
-        """Raise an error before the work starts if a file could not be written after it."""
-        from femflex.view.theme import theme_of
-        from femflex.writing import check_destination
-
-        theme_of(self.theme)
-        for path in (self.table, self.picture, self.page):
-            if path is not None:
-                check_destination(path, self.force)
-
-    def report(self, case: Case, diagram: Campbell, extra: dict[str, Any] | None = None) -> None:
-        """Print the diagram, as JSON if `extra` is merged into it, and write the requested files."""
+    def print_of_case(self, case: Case, diagram: Campbell, extra: dict[str, Any] | None = None) -> None:
+        """Print the diagram of a case with what is expected of it; extra: merged into its JSON."""
         from femflex.case.verdicts import diagram_verdicts
 
         assert case.campbell is not None
-        scale, unit = case.campbell.speeds.scale, case.campbell.speeds.unit
-        as_json = extra is not None
-        if extra is not None:
-            print_json(diagram.to_dict() | extra)
-        else:
-            print_campbell(diagram, scale, unit)
         if not diagram.complete:
             print_error(f"broken off after {int(diagram.requested.sum())} of {len(case.campbell.speeds)} speeds")
-        for name, path in self.files(diagram, scale, unit):
-            if not as_json:
-                print(f"{name:11} {path}")
-        if diagram.complete and not as_json:
+        self.print(diagram, case.campbell.speeds.scale, case.campbell.speeds.unit, extra)
+        if diagram.complete and not self.as_json:
             for verdict in diagram_verdicts(case, diagram):
-                print_folded(f"expected    {verdict}")
+                print_line("expected", verdict)
 
-    def files(self, diagram: Campbell, scale: float, unit: str) -> list[tuple[str, Path]]:
-        """Write the requested files; return the kind and the path of each."""
-        written = []
-        if self.table is not None:
-            write_table(diagram, self.table, self.force)
-            written.append(("table", self.table))
-        if self.picture is not None:
-            from femflex.view.campbell import plot_campbell
+    def print(self, diagram: Campbell, scale: float, unit: str, extra: dict[str, Any] | None = None) -> None:
+        """Print the diagram, and write the requested files."""
+        if self.as_json:
+            print_json(diagram.to_dict() | (extra or {}))
+        else:
+            print_campbell(diagram, scale, unit)
+        for kind, path in self.files.items():
+            if kind == TABLE:
+                write_table(diagram, path, self.force)
+            elif kind == PICTURE:
+                from femflex.view.campbell import plot_campbell
 
-            plot_campbell(diagram, self.picture, self.theme, scale, unit, force=self.force)
-            written.append(("picture", self.picture))
-        if self.page is not None:
-            from femflex.report.studies import write_campbell_report
+                plot_campbell(diagram, path, scale, unit, theme=self.theme, force=self.force)
+            else:
+                from femflex.report.studies import write_campbell_report
 
-            write_campbell_report(diagram, self.page, scale, unit, self.force)
-            written.append(("report", self.page))
-        return written
+                write_campbell_report(diagram, path, scale, unit, self.force)
+            if not self.as_json:
+                print(f"{kind:11} {path}")
+
+
+def print_campbell(diagram: Campbell, scale: float, unit: str) -> None:
+    """Print frequencies, damping if there is any, crossings, and the motions that grow."""
+    import numpy as np
+
+    from femflex.dynamics.linear.small_motions import growth_rule
+
+    if diagram.title:
+        print(diagram.title)
+    requested, speeds = np.flatnonzero(diagram.requested), diagram.speeds / scale
+    heads = [f"{diagram.value} {unit}".strip(), *(branch.name for branch in diagram.branches)]
+
+    def table(title: str, columns: Iterable[Any]) -> None:
+        marks = [np.where(branch.growing, "*", "") for branch in diagram.branches]
+        cells = [
+            [f"{v:.6g}{star}" if v == v else "" for v, star in zip(values, stars, strict=True)]
+            for values, stars in zip(columns, marks, strict=True)
+        ]
+        print_table(heads, [[f"{speeds[k]:.6g}", *(column[k] for column in cells)] for k in requested], title)
+
+    frame = "" if diagram.value else " in the spinning frame"
+    table(f"frequency{frame}, Hz (* unstable)", (branch.frequencies for branch in diagram.branches))
+    ratios = [branch.damping_ratios for branch in diagram.branches]
+    if np.nanmax(np.abs([ratio[requested] for ratio in ratios]), initial=0.0) > PRINTED:
+        table("damping ratio of oscillating modes (* unstable)", ratios)
+    noun = "values" if diagram.value else "speeds"
+    if between := int((~diagram.requested).sum()):
+        print(f"followed    through {between} additional {noun}, where mode shapes change fast")
+    for branch in diagram.branches:
+        if branch.final_character:
+            print_line("branch", f"{branch.name} ends as {branch.final_character}")
+    if diagram.critical:
+        print(
+            f"critical    {', '.join(f'{speed / scale:.6g}' for speed in diagram.critical)} {unit}: the stiffness is "
+            f"singular there, and no unique equilibrium exists; a row of the tables holds the limit from below"
+        )
+    if diagram.orders:
+        print_crossings(diagram, scale, unit)
+    growing = [branch for branch in diagram.branches if branch.growing.any()]
+    for branch in growing:
+        k, time = branch.fastest
+        fastest = f"fastest at {speeds[k]:.6g} {unit}, by a factor e in {time:.4g} s"
+        start = f"{speeds[np.flatnonzero(branch.growing)[0]]:.6g} {unit}"
+        print_line("unstable", f"{branch.name} grows from {start} on, {fastest}")
+    if not growing:
+        print_line("stability", f"stable: no motion grows at any of these {noun}")
+    print_line("growth", growth_rule())
+    if diagram.rigid:
+        print_folded(f"rigid       {', '.join(diagram.rigid)}: neither grow nor decay, and are no branches")
+
+
+def print_crossings(diagram: Campbell, scale: float, unit: str) -> None:
+    """Print at which speeds each branch meets each multiple of the spin."""
+    met: dict[tuple[str, int], list[str]] = {}
+    for crossing in diagram.crossings:
+        met.setdefault((crossing.branch, crossing.order), []).append(f"{crossing.speed / scale:.6g}")
+    orders = [f"{order}/rev" for order in diagram.orders]
+    if not met:
+        print(f"crossing    none with {', '.join(orders)} at these speeds\n")
+        return
+    rows = [
+        [branch.name, *(", ".join(met.get((branch.name, order), ())) for order in diagram.orders)]
+        for branch in diagram.branches
+    ]
+    print_table([unit, *orders], rows, "speed at which it meets")
+
+
+def write_table(diagram: Campbell, path: Path, force: bool) -> None:
+    """Write every point of every branch as CSV, a line each."""
+    abscissa = f"{diagram.value} [{diagram.unit}]" if diagram.unit else diagram.value
+    heads = [abscissa if diagram.value else "speed [rad/s]", "asked", "branch", "frequency [Hz]", "damping ratio"]
+    rows = [
+        [
+            speed, int(diagram.requested[k]), branch.name, branch.frequencies[k],
+            None if (damping := branch.damping_ratios[k]) != damping else damping,
+            branch.eigenvalues[k].real, int(not branch.growing[k]), branch.characters[k],
+        ]
+        for branch in diagram.branches
+        for k, speed in enumerate(diagram.speeds)
+        if branch.eigenvalues[k] == branch.eigenvalues[k]
+    ]  # fmt: skip
+    write_csv(path, [*heads, "growth [1/s]", "stable", "character"], rows, force)

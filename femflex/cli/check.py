@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from femflex.cli.advice_lines import Verbose, print_reasons, strain_data
+from femflex.cli.advice_lines import print_reasons, strain_data
+from femflex.cli.options import CaseFile, Force, Json, Verbose
 from femflex.cli.progress import Patience
 from femflex.cli.tables import print_json
-from femflex.cli.verb import BAD_INPUT, verb
-from femflex.cli.warning_output import print_warnings, warnings_so_far
+from femflex.cli.verb import BAD_INPUT, print_warnings, verb, warnings_so_far
 
 if TYPE_CHECKING:
     from femflex.pipeline.decisions import ResolvedCase
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 @verb("femflex check cases/orbiter_beam.toml")
 def check(
-    case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)],
-    as_json: Annotated[bool, typer.Option("--json", help="Print the problems for programs.")] = False,
+    case: CaseFile,
+    as_json: Json = False,
     write_advice: Annotated[
         bool,
         typer.Option(
@@ -28,7 +28,7 @@ def check(
             help="Write CASE_advised.toml: the case with the automatic choices for its bodies written as keys.",
         ),
     ] = False,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing copy.")] = False,
+    force: Force = False,
     verbose: Verbose = False,
 ) -> None:
     """Report every problem of a case: keys, units, names, meshes, structure, modes. Writes no result."""

@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from femflex.cli.converge_report import StudyOutputs
-from femflex.cli.keep_alive import keep_alive
-from femflex.cli.progress import Bar, Patience
+from femflex.cli.options import DIAGRAM_SUFFIXES, PAGE_SUFFIXES, PICTURE, REPORT, Force, Json, Theme, outputs
+from femflex.cli.progress import Bar, Patience, keep_alive
+from femflex.cli.tables import print_json, print_line, print_table
 from femflex.cli.verb import print_error, verb
 
 if TYPE_CHECKING:
     from femflex.case import Case
-    from femflex.studies import Convergence, FunctionStudy, Point, StrainStudy, Study
+    from femflex.studies import Convergence, Finding, FunctionStudy, Point, StrainStudy, Study
+
+LEVEL = (
+    "modes per body; coordinates are those of all bodies, with the static shapes that femflex adds for the loads and "
+    "joints. Fewer modes may need more static shapes."
+)
 
 
 @verb("femflex converge cases/orbiter_beam.toml --over modes --tolerance 1e-6 -o convergence.png")
@@ -45,9 +51,9 @@ def converge(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Draw the study (.png, .svg), or write it as a page (.html).")
     ] = None,
-    theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
-    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing picture.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
+    theme: Theme = "light",
+    force: Force = False,
+    as_json: Json = False,
 ) -> None:
     """Vary modes, mesh, derivative shapes, segments, functions or strain, and judge the quantity of \\[study].
 
@@ -57,8 +63,11 @@ def converge(
     the one that holds furthest, with what each costs. Ctrl-C keeps what
     there is (exit code 130).
     """
-    study_outputs = StudyOutputs(tolerance, as_json, output, theme, force)
-    study_outputs.check()
+    if tolerance is not None and not 0.0 < tolerance < 1.0:
+        raise ValueError(f"--tolerance is {tolerance:g}; give a relative error between 0 and 1, such as 1e-3")
+    files = outputs(
+        [] if output is None else [output], {PICTURE: DIAGRAM_SUFFIXES, REPORT: PAGE_SUFFIXES}, force, theme
+    )
     varied = list(dict.fromkeys(word.strip() for word in over.split(",") if word.strip()))
     numbers = checked_levels(levels, varied)
     with Patience("building the bodies"):
@@ -71,20 +80,25 @@ def converge(
         parsed_case = read_case(case)
         case_with_strain, notes = with_strain_notes(parsed_case)
         check_studies(case_with_strain, varied)
-    findings: list[Convergence | StrainStudy | FunctionStudy] = []
+    findings: list[Finding] = []
     for word in varied or ["modes"]:
         study, names, stopped = run_study(parsed_case, word, numbers, tolerance)
         if study is not None:
             findings.append(study)
-            study_outputs.print_finding(study)
+            if not as_json:
+                print_finding(study)
         if stopped is not None:
-            study_outputs.report(findings, notes, complete=False)
-            if study is not None and study_outputs.picture is not None:
+            print_together(findings, notes, as_json)
+            if study is not None and files:  # an interrupt does not wait for a picture
                 print_error("no picture is drawn")
             raise stopped
         assert study is not None
         parsed_case = with_recommended_level(parsed_case, study, names)
-    study_outputs.report(findings, notes, complete=True)
+    print_together(findings, notes, as_json)
+    for kind, path in files.items():
+        draw_findings(findings, kind, path, theme, force)
+        if not as_json:
+            print(f"{kind:11} {path}")
 
 
 def checked_levels(levels: str | None, varied: list[str]) -> list[int] | None:
@@ -99,37 +113,40 @@ def checked_levels(levels: str | None, varied: list[str]) -> list[int] | None:
 
 def run_study(
     case: Case, over: str, levels: list[int] | None, tolerance: float | None
-) -> tuple[Convergence | StrainStudy | FunctionStudy | None, tuple[str, ...], BaseException | None]:
+) -> tuple[Finding | None, tuple[str, ...], BaseException | None]:
     """Run one study; return its result, the bodies that it varied, and the error that broke it off, if any."""
     from femflex.studies import assess_convergence, function_kinds, plan_study, strain_forms
 
-    if over == "strain":
-        with Bar("comparing", 100.0, unit="%") as bar, keep_alive(bar) as report:
-            compared = strain_forms(case, tolerance, lambda fraction: report(float(round(100.0 * fraction))))
-        return compared, tuple(compared.own), None
-    if over == "functions":
-        with Bar("comparing", 100.0, unit="%") as bar, keep_alive(bar) as report:
-            types = function_kinds(case, levels, tolerance, lambda fraction: report(float(round(100.0 * fraction))))
-        return types, tuple(types.case_kinds), None
-    study = plan_study(case, over, levels)  # type: ignore[arg-type]  # another word is refused there
-    points, stopped = computed_points(study)
-    valued = any(not point.problem for point in points)
-    if stopped is not None and valued:
-        print_error(f"broken off after {len(points)} of {len(study.level_set.levels)} levels")
-    if not valued:
+    compares = over in ("strain", "functions")
+    with Bar("comparing" if compares else "converging", 100.0, unit="%") as bar, keep_alive(bar) as report:
+
+        def progress(fraction: float) -> None:
+            report(float(round(100.0 * fraction)))
+
+        if over == "strain":
+            compared = strain_forms(case, tolerance, progress)
+            return compared, tuple(compared.own), None
+        if over == "functions":
+            types = function_kinds(case, levels, tolerance, progress)
+            return types, tuple(types.case_kinds), None
+        study = plan_study(case, over, levels)  # type: ignore[arg-type]  # another word is refused there
+        points, stopped = computed_points(study, progress)
+    if all(point.problem for point in points):
         return None, study.level_set.varied, stopped
+    if stopped is not None:
+        print_error(f"broken off after {len(points)} of {len(study.level_set.levels)} levels")
     return assess_convergence(study, points, tolerance, stopped is None), study.level_set.varied, stopped
 
 
-def computed_points(study: Study) -> tuple[list[Point], BaseException | None]:
+def computed_points(study: Study, progress: Callable[[float], None]) -> tuple[list[Point], BaseException | None]:
     """Compute the points of a study; return them, and the error that broke it off, if there was one."""
     from femflex.integrate import IntegrationError
     from femflex.results.interrupts import finished_on_interrupt
 
     points: list[Point] = []
-    with Bar("converging", 100.0, unit="%") as bar, keep_alive(bar) as report, ExitStack() as keeping:
+    with ExitStack() as keeping:
         try:
-            for point in study.points(lambda fraction: report(float(round(100.0 * fraction)))):
+            for point in study.points(progress):
                 if not points:
                     keeping.enter_context(finished_on_interrupt("a study"))
                 points.append(point)
@@ -148,3 +165,97 @@ def read_levels(text: str, option: str = "--levels") -> list[int]:
         return [int(number) for number in text.replace(",", " ").split()]
     except ValueError:
         raise ValueError(f"{option} is {text!r}; give whole numbers with commas, such as 1,2,4,8") from None
+
+
+def print_together(findings: list[Finding], notes: Mapping[str, str], as_json: bool) -> None:
+    """Print the common result of several studies, or all of them as JSON with the notes on bodies."""
+    from femflex.studies import recommendation_text, recommended_level
+
+    if as_json and len(findings) == 1:
+        print_json(findings[0].to_dict() | {"notes": dict(notes)})
+    elif as_json and findings:
+        choices = {finding.over: recommended_level(finding) for finding in findings}
+        studies = [finding.to_dict() for finding in findings]
+        summary = {"studies": studies, "choice": choices, "verdict": recommendation_text(findings)}
+        print_json(summary | {"notes": dict(notes)})
+    elif len(findings) > 1:
+        print_line("together", recommendation_text(findings))
+
+
+def draw_findings(findings: list[Finding], kind: str, path: Path, theme: str, force: bool) -> None:
+    """Draw studies side by side, or write them as a page."""
+    from femflex.report.studies import write_convergence_report
+    from femflex.studies import recommendation_text
+    from femflex.view.convergence import plot_studies
+
+    if kind == REPORT:
+        write_convergence_report(findings, recommendation_text(findings), path, force)
+    else:
+        plot_studies(findings, path, recommendation_text(findings), theme=theme, force=force)
+
+
+def print_finding(study: Finding) -> None:
+    """Print the table of one study, and its verdict."""
+    from femflex.studies import FunctionStudy, StrainStudy
+
+    print(f"{study.title} [{study.unit}]" if study.unit not in ("", "1") else study.title)
+    if isinstance(study, StrainStudy):
+        print_forms(study)
+    elif isinstance(study, FunctionStudy):
+        print_kinds(study)
+    else:
+        print_levels(study)
+    print_line("verdict", study.verdict)
+
+
+def print_forms(study: StrainStudy) -> None:
+    """Print the comparison of the three forms of strain."""
+    numbers = [("value", ".12g"), ("difference", ".2e"), ("seconds", ".3g")]
+    heads = ["strain", "coordinates", "vibration", "derivatives", "dependent", *numbers, ""]
+    rows = [
+        [
+            form.strain, form.coordinates, form.coordinates - form.derivatives, form.derivatives, form.followers,
+            form.value, study.difference(form), form.seconds, "<-" if form.strain == study.recommended else "",
+        ]
+        for form in study.forms
+    ]  # fmt: skip
+    print_table(heads, rows)
+
+
+def print_kinds(study: FunctionStudy) -> None:
+    """Print the comparison of types of functions."""
+    rows = []
+    for kind, levels in study.with_values:
+        differences = study.differences(levels) if study.reference is not None else levels.values * 0.0
+        marks = ["<-" if study.choice == (kind, int(level)) else "" for level in levels.levels]
+        columns = levels.levels, levels.counts, levels.values, differences, marks
+        rows += [[kind, *row] for row in zip(*columns, strict=True)]
+    print_table(["functions", "a field", "coordinates", ("value", ".12g"), ("difference", ".2e"), ""], rows)
+
+
+def print_levels(study: Convergence) -> None:
+    """Print values, changes and errors over the levels."""
+    counts = shape_counts(study)
+    marks = ["<-" if level == study.recommended else "" for level in study.levels]
+    columns = [study.levels, *counts.values(), study.values, study.changes, study.errors, marks]
+    level = "refined" if study.over == "mesh" else study.over
+    heads = [level, *counts, ("value", ".12g"), ("change", ".3e"), ("error", ".2e"), ""]
+    print_table(heads, [[str(row[0]), *row[1:]] for row in zip(*columns, strict=True)])
+    if study.over == "modes" and study.added.any():
+        print_line("level", LEVEL)
+    for text in study.left_out:
+        print_line("left out", text)
+
+
+def shape_counts(study: Convergence) -> dict[str, Any]:
+    """Return the columns that count coordinates, and among them static, vibration and derivative shapes, by head."""
+    if study.over == "mesh":
+        return {"dofs": study.counts}
+    followed = study.over == "derivatives" and study.followers.any()
+    columns: dict[str, Any] = {"shapes" if followed else "coordinates": study.counts}
+    if study.over == "modes" and study.added.any():
+        columns["static shapes"] = study.added
+    if study.derivatives.any() or study.followers.any():
+        columns["vibration"] = study.counts - study.derivatives - (study.followers if followed else 0)
+        columns["derivatives"] = study.derivatives
+    return columns | ({"dependent": study.followers} if study.followers.any() else {})

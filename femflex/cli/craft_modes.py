@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from femflex.cli.advice_lines import print_reasons, strain_data
+from femflex.cli.options import MOVIE, PICTURE, REPORT
 from femflex.cli.progress import Bar, Patience
 from femflex.cli.tables import print_folded, print_json, print_table
 
@@ -20,55 +20,6 @@ CHANGED = 0.1  # of the damping ratio given, from which on a mode's own is remar
 CARRIES = 0.05  # share of the kinetic energy from which a body is named
 
 
-@dataclass(frozen=True)
-class Drawing:
-    """Pictures to make of the modes of a craft."""
-
-    picture: Path | None
-    movie: Path | None
-    page: Path | None
-    mode: int | None
-    force: bool
-
-    def check(self) -> None:
-        """Raise an error before the work starts if it would fail after it."""
-        from femflex.writing import check_destination
-
-        if self.mode is not None and self.movie is None:
-            raise ValueError("--mode names the mode of a movie; give -o mode.mp4 with it")
-        for path in (self.picture, self.movie, self.page):
-            if path is not None:
-                check_destination(path, self.force)
-
-    def make(self, modes: SystemModes, title: str) -> list[tuple[str, Path]]:
-        """Draw the requested files; return the kind and the path of each."""
-        from femflex.view import craft_montage, craft_movie
-
-        written = []
-        moving = [k + 1 for k, is_rigid in enumerate(modes.known) if not is_rigid]
-        if self.picture is not None:
-            numbers = moving[:DRAWN]
-            if not numbers:
-                raise ValueError("the craft has only rigid-body modes, which are not drawn")
-            captions = [caption(modes, k) for k in numbers]
-            written.append(
-                ("picture", craft_montage(modes.skin(numbers), captions, self.picture, title, force=self.force))
-            )
-        if self.movie is not None:
-            mode = self.mode or (moving[0] if moving else 1)
-            if not 1 <= mode <= len(modes.names):
-                raise ValueError(f"--mode is {mode}; the modes of the craft are 1 to {len(modes.names)}")
-            with Bar("drawing", unit="frames") as bar:
-                path = craft_movie(modes.skin([mode]), caption(modes, mode), self.movie, force=self.force, progress=bar)
-            written.append(("movie", path))
-        if self.page is not None:
-            from femflex.report.modes import write_modes_report
-
-            write_modes_report(modes, title, self.page, self.force)
-            written.append(("report", self.page))
-        return written
-
-
 def caption(modes: SystemModes, mode: int) -> str:
     """Number, name and frequency of a mode."""
     frequency = float(modes.frequencies[mode - 1])
@@ -77,10 +28,18 @@ def caption(modes: SystemModes, mode: int) -> str:
 
 
 def craft_modes(
-    file: Path, at: float | None, number: int | None, drawing: Drawing, verbose: bool, as_json: bool
+    file: Path,
+    at: float | None,
+    number: int | None,
+    files: dict[str, Path],
+    mode: int | None,
+    force: bool,
+    verbose: bool,
+    as_json: bool,
 ) -> None:
-    """Find, print and draw the modes of the craft of a case."""
-    drawing.check()
+    """Find, print and draw the modes of the craft of a case; mode: that of the movie."""
+    if mode is not None and MOVIE not in files:
+        raise ValueError("--mode names the mode of a movie; give -o mode.mp4 with it")
     with Patience("building bodies and solving for the modes"):
         from femflex.case import read_case
         from femflex.pipeline.case_equilibrium import case_modes, resolve_at_rest
@@ -88,15 +47,38 @@ def craft_modes(
         case = read_case(file)
         resolved = resolve_at_rest(case)
         modes = case_modes(resolved, at)
-    files = drawing.make(modes, case.title or file.stem)
+    draw_modes(modes, files, mode, case.title or file.stem, force)
     if as_json:
         print_json(modes.to_dict() | {"bodies": strain_data(resolved)})
         return
     print(case.title or file.name)
     print_reasons(resolved, verbose)
     print_modes(case, modes, number, verbose)
-    for kind, path in files:
+    for kind, path in files.items():
         print(f"{kind:11} {path}")
+
+
+def draw_modes(modes: SystemModes, files: dict[str, Path], mode: int | None, title: str, force: bool) -> None:
+    """Draw the requested files."""
+    from femflex.view import craft_montage, craft_movie
+
+    moving = [k + 1 for k, is_rigid in enumerate(modes.known) if not is_rigid]
+    if PICTURE in files:
+        numbers = moving[:DRAWN]
+        if not numbers:
+            raise ValueError("the craft has only rigid-body modes, which are not drawn")
+        captions = [caption(modes, k) for k in numbers]
+        craft_montage(modes.skin(numbers), captions, files[PICTURE], title, force=force)
+    if MOVIE in files:
+        mode = mode or (moving[0] if moving else 1)
+        if not 1 <= mode <= len(modes.names):
+            raise ValueError(f"--mode is {mode}; the modes of the craft are 1 to {len(modes.names)}")
+        with Bar("drawing", unit="frames") as bar:
+            craft_movie(modes.skin([mode]), caption(modes, mode), files[MOVIE], force=force, progress=bar)
+    if REPORT in files:
+        from femflex.report.modes import write_modes_report
+
+        write_modes_report(modes, title, files[REPORT], force)
 
 
 def print_modes(case: Case, modes: SystemModes, number: int | None, verbose: bool) -> None:
@@ -107,8 +89,7 @@ def print_modes(case: Case, modes: SystemModes, number: int | None, verbose: boo
     count = min(number or SHOWN, len(modes.names))
     rows = [
         [
-            str(k + 1), modes.names[k], f"{modes.frequencies[k]:.6g}",
-            *[f"{modes.eigenvalues[k].imag:.6g}"] * verbose,
+            str(k + 1), modes.names[k], modes.frequencies[k], *[modes.eigenvalues[k].imag] * verbose,
             f"{modes.damping_ratios[k]:.4g}" + "*" * bool(modes.growing[k]), kinetic_energy_text(modes, k),
         ]
         for k in range(count)

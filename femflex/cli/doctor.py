@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-import os
 import platform
 import sys
 import time
 from importlib.metadata import PackageNotFoundError, metadata, version
-from typing import Annotated
 
 import typer
 
+from femflex.cli.options import Json
 from femflex.cli.progress import Patience
 from femflex.cli.tables import print_folded, print_json
 from femflex.cli.verb import FAILED, verb
 from femflex.extras import MissingExtra, install_command, require
+from femflex.worker_processes import usable_cores
 
 LIBRARIES = ("numpy", "scipy", "numba", "scikit-fem", "meshio", "h5py", "pydantic", "pyvista", "vtk", "av")
 
 
 @verb("femflex doctor")
 def doctor(
-    as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Check versions, compiled equations, renderer, movies and extras; exit code 3 where one does not work."""
     from femflex import __version__
@@ -52,11 +52,6 @@ def doctor(
             print_folded(f"{name:11} {text}")
     if failed:
         raise typer.Exit(FAILED)
-
-
-def usable_cores() -> int:
-    """Number of processor cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _compiled() -> str:

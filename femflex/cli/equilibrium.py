@@ -8,36 +8,32 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from femflex.cli.advice_lines import Verbose, print_reasons, strain_data
+from femflex.cli.advice_lines import print_reasons, strain_data
+from femflex.cli.options import At, CaseFile, Force, Json, Verbose, read_seconds
 from femflex.cli.progress import Patience
-from femflex.cli.tables import print_folded, print_json, print_table
-from femflex.cli.times import read_seconds
+from femflex.cli.tables import print_folded, print_json, print_line, print_table
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
     from femflex.dynamics.linear.equilibrium import Equilibrium
 
 SHOWN = 24  # coordinates printed; all are in the file and in --json
-XYZ = ("x", "y", "z")
 
 
 @verb("femflex equilibrium cases/elastica.toml -o eq.h5")
 def equilibrium(
-    case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)],
+    case: CaseFile,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Result file (HDF5) to draw, or to start a run from.")
     ] = None,
-    at: Annotated[
-        str | None,
-        typer.Option("--at", help="Time at which loads that vary are taken: seconds, or a text such as '2 min'."),
-    ] = None,
+    at: At = None,
     stable: Annotated[
         bool,
         typer.Option("--stable", help="From an unstable equilibrium, follow the growing motion to a stable one."),
     ] = False,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
+    force: Force = False,
     verbose: Verbose = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Find the equilibrium nearest to a case's initial state, and whether it is stable with the damping of the case.
 
@@ -81,28 +77,31 @@ def equilibrium(
 def print_equilibrium(state: Equilibrium, verbose: bool) -> None:
     """Print coordinates, verbose: also those that are zero, marker positions, residual and stability."""
     system = state.model.system
-    names = [(name, unit) for name, unit in system.coordinate_names()]
-    rows = [[name, f"{value:.10g}", unit] for (name, unit), value in zip(names, state.q, strict=True)]
+    names = system.coordinate_names()
+    rows: list[list[Any]] = [
+        [name, float(f"{value:.10g}"), unit] for (name, unit), value in zip(names, state.q, strict=True)
+    ]
+    values = {name: value for name, value, _ in rows}
     if not verbose:
-        rows = [row for row in rows if float(row[1]) != 0.0]
+        rows = [row for row in rows if row[1] != 0.0]
     if len(rows) > SHOWN:
         segment_names = {piece for pieces in system.segments.values() for piece in pieces}
         rows = [row for row in rows if row[0].rpartition(".delta")[0] not in segment_names][:SHOWN]
     if rows:
-        print_table(["coordinate", "value", "unit"], rows)
+        print_table(["coordinate", ("value", ".10g"), "unit"], rows)
     if len(rows) < len(names):
-        listed = {row[0] for row in rows}
-        rest = [float(f"{value:.10g}") for (name, _), value in zip(names, state.q, strict=True) if name not in listed]
+        rest = [value for name, value in values.items() if name not in {row[0] for row in rows}]
         zero = "" if any(rest) else " that are zero"
         print(f"and {len(rest)} coordinates{zero}, which -v, --json and the result file list\n")
+    heads = [(f"{quantity}{axis}, m", ".9g") for quantity in ("", "deflection ") for axis in "xyz"]
     print_table(
-        ["marker", *(f"{a}, m" for a in XYZ), *(f"deflection {a}, m" for a in XYZ)],
+        ["marker", *heads],
         [
-            [label, *(f"{v:.9g}" for v in (*position["position"], *position.get("deflection", (0.0, 0.0, 0.0))))]
+            [label, *position["position"], *position.get("deflection", (0.0, 0.0, 0.0))]
             for label, position in marker_positions(state).items()
         ],
     )
-    print_folded(f"frame       {frame_text(state)}")
+    print_line("frame", frame_text(state))
     for line in length_lines(state):
         print_folded(line)
     print_folded(f"residual    {state.residual:.2e} of the largest force, after {state.iterations} iterations")
@@ -149,16 +148,13 @@ def marker_positions(state: Equilibrium) -> dict[str, dict[str, Any]]:
     return positions
 
 
-def loop_forces(state: Equilibrium) -> dict[str, dict[str, list[float]]]:
+def loop_forces(state: Equilibrium) -> dict[str, dict[str, Any]]:
     """Force and torque (3,) that every loop carries at its child's marker, by its name."""
     if state.model.constraints is None:
         return {}
     channels = state.model.observe([0.0], state.x[None])  # type: ignore[arg-type]
     names = [loop.label for loop in state.model.system.loops]
-    return {
-        name: {key: [float(v) for v in channels[f"loops/{name}/{key}"][0]] for key in ("force", "torque")}
-        for name in names
-    }
+    return {name: {key: channels[f"loops/{name}/{key}"][0] for key in ("force", "torque")} for name in names}
 
 
 def frame_text(state: Equilibrium) -> str:
@@ -199,5 +195,5 @@ def equilibrium_data(state: Equilibrium) -> dict[str, Any]:
         "growth_threshold": state.growth_threshold,
         "rigid": [motion.name for motion in state.motions.known] if state.share == 1.0 else [],
         "left_growth": None if state.left is None else state.left.growth,
-        "eigenvalues": [[float(v.real), float(v.imag)] for v in state.eigenvalues],
+        "eigenvalues": state.eigenvalues,
     }

@@ -7,13 +7,14 @@ from typing import Annotated
 
 import typer
 
+from femflex.cli.options import Force, MovedCase, RunFile, SceneCamera
 from femflex.cli.progress import Patience
 from femflex.cli.verb import verb
 
 
 @verb("femflex export orbiter_beam.h5 -o orbiter_beam.glb")
 def export(
-    file: Annotated[Path, typer.Argument(help="Result file of a run.", show_default=False)],
+    file: RunFile,
     channels: Annotated[
         list[str] | None,
         typer.Argument(help="Channels of a table, such as attitude/angles. Default: all.", show_default=False),
@@ -27,14 +28,11 @@ def export(
             "a .glb file in the folder of the run.",
         ),
     ] = None,
-    camera: Annotated[
-        str,
-        typer.Option("--camera", help="Axes of a scene: auto, fixed, follow, orbital, body or body:NAME."),
-    ] = "auto",
+    camera: SceneCamera = "auto",
     instants: Annotated[
         int, typer.Option("--instants", min=0, help="Instants of a scene, equally spaced. 0: every row of the run.")
     ] = 0,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
+    force: Force = False,
 ) -> None:
     """Write a run for other programs: a moving scene for Blender, browsers or ParaView, or a table of channels."""
     from femflex.export import export_run
@@ -46,3 +44,30 @@ def export(
     print(f"export      {target}, {target.stat().st_size / 1e6:.2g} MB")
     for line in lines:
         print(f"            {line}")
+
+
+@verb("femflex report orbiter_beam.h5 -o orbiter_beam.html")
+def report(
+    file: RunFile,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="HTML file. Default: in the folder of the run.")
+    ] = None,
+    case: MovedCase = None,
+    camera: SceneCamera = "auto",
+    force: Force = False,
+) -> None:
+    """Write a run as one HTML page, which opens without network: craft in motion, plots, modes, energy, case.
+
+    The page has everything in it: it can be sent by mail and opened from a disk.
+    """
+    from femflex.report.run import write_run_report
+    from femflex.results import open_run
+    from femflex.writing import check_destination
+
+    target = output or file.with_suffix(".html")
+    if target.suffix.lower() not in (".html", ".htm"):
+        raise ValueError(f"-o {target}: a report is a page for browsers; give a name that ends in .html")
+    check_destination(target, force)
+    with open_run(file) as run, Patience("drawing the bodies") as say:
+        lines = write_run_report(run, target, case, camera, force, say)
+    print(f"report      {target}, {lines[0]}")

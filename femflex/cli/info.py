@@ -13,6 +13,11 @@ from femflex.cli.progress import Patience
 from femflex.cli.tables import print_folded
 from femflex.cli.verb import verb
 
+MATRICES = (".npz", ".mat", ".op4", ".op2", ".pch", ".dmig", ".asm", ".mtx", ".sti", ".mas", ".dof")  # suffixes
+LINEAR = {"A", "B", "C", "D", "states", "inputs", "outputs", "state_units"}  # members of a linear model's file
+# cards that make a file a deck, and not a mesh alone
+PROPERTIES = re.compile(r"^(MAT\d|P(SHELL|COMP|BAR|BEAM|ROD|SOLID|BUSH)|\*MATERIAL|\*\w[\w ]* SECTION)", re.I | re.M)
+
 
 @verb("femflex info meshes/panel.msh")
 def info(
@@ -23,18 +28,15 @@ def info(
     ] = False,
 ) -> None:
     """Describe a file: groups of a mesh, cards of a deck, modes of a body, tables of a case, channels."""
-    if not file.is_file():
-        raise FileNotFoundError(
-            f"{file} does not exist" if not file.exists() else f"{file} is a folder; name a file in it"
-        )
     from femflex.mesh.formats import FORMATS
 
-    if channels and not (file.suffix == ".toml" or kind_of_hdf5(file) == "femflex run"):
+    kind = kind_of_hdf5(file)
+    if channels and not (file.suffix == ".toml" or kind == "femflex run"):
         raise ValueError(f"--channels lists those of a case or of a run; {file} is neither: leave the option out")
     with Patience(f"reading {file.name}"):
         text = (
             _hdf5_text(file)
-            if (_starts_as_hdf5(file) or file.suffix.lower() in (".h5", ".hdf5")) and file.suffix.lower() not in FORMATS
+            if (starts_as_hdf5(file) or file.suffix.lower() in (".h5", ".hdf5")) and file.suffix.lower() not in FORMATS
             else (_channels_text if channels else _case_text)(file)
             if file.suffix == ".toml"
             else _matrices_text(file)
@@ -42,13 +44,6 @@ def info(
             else _mesh_or_deck_text(file, units)
         )
     print_folded(text)
-
-
-MATRICES = (".npz", ".mat", ".op4", ".op2", ".pch", ".dmig", ".asm", ".mtx", ".sti", ".mas", ".dof")  # suffixes
-# cards that make a file a deck, and not a mesh alone
-PROPERTIES = re.compile(r"^(MAT\d|P(SHELL|COMP|BAR|BEAM|ROD|SOLID|BUSH)|\*MATERIAL|\*\w[\w ]* SECTION)", re.I | re.M)
-
-LINEAR = {"A", "B", "C", "D", "states", "inputs", "outputs", "state_units"}  # members of a linear model's file
 
 
 def _has_matrices(file: Path) -> bool:
@@ -59,7 +54,8 @@ def _has_matrices(file: Path) -> bool:
     return b"\nDMIG" in text and not re.search(rb"\nC(BAR|BEAM|ROD|TRI|QUAD|TETRA|HEXA|PENTA|BUSH|ELAS)", text)
 
 
-def _starts_as_hdf5(file: Path) -> bool:
+def starts_as_hdf5(file: Path) -> bool:
+    """Whether the first bytes of a file are those of HDF5."""
     with open(file, "rb") as opened:
         return opened.read(8) == b"\x89HDF\r\n\x1a\n"
 
@@ -73,7 +69,7 @@ def kind_of_hdf5(file: Path) -> str:
         raise FileNotFoundError(
             f"{file} does not exist" if not file.exists() else f"{file} is a folder; name a file in it"
         )
-    if not _starts_as_hdf5(file):
+    if not starts_as_hdf5(file):
         return ""
     from femflex.hdf5 import open_hdf5
 
@@ -82,6 +78,8 @@ def kind_of_hdf5(file: Path) -> str:
 
 
 def _hdf5_text(file: Path) -> str:
+    from femflex.hdf5 import open_hdf5
+
     kind = kind_of_hdf5(file)
     if kind == "femflex body":
         from femflex.reduction import load_body
@@ -92,22 +90,15 @@ def _hdf5_text(file: Path) -> str:
 
         with open_run(file) as run:
             return repr(run)
-    if not kind and (text := _study_file_text(file)):
-        return text
-    if not kind and _has_members(file):
-        return _matrices_text(file)
-    raise ValueError(f"{file} is an HDF5 file, but neither a run nor a body of femflex, nor one of matrices")
-
-
-def _study_file_text(file: Path) -> str:
-    """Lines about a file of `femflex sweep` or `femflex linearize`; "" for another HDF5 file."""
-    from femflex.hdf5 import open_hdf5
-
     with open_hdf5(file) as opened:
         keys = set(opened)
         if LINEAR <= keys:
             return linear_text(file, *(opened[key][()] for key in ("states", "inputs", "outputs")))
-    return _sweep_text(file) if {"problems", "percentiles", "inputs"} <= keys else ""
+    if {"problems", "percentiles", "inputs"} <= keys:
+        return _sweep_text(file)
+    if keys and not kind:
+        return _matrices_text(file)
+    raise ValueError(f"{file} is an HDF5 file, but neither a run nor a body of femflex, nor one of matrices")
 
 
 def _sweep_text(file: Path) -> str:
@@ -142,14 +133,6 @@ def linear_text(file: Path, states: Any, inputs: Any, outputs: Any) -> str:
     for head, group in zip(("states", "inputs", "outputs"), names, strict=True):
         lines.append(f"{head:8}{len(group)}: {', '.join(group) or 'none'}")
     return "\n".join(lines)
-
-
-def _has_members(file: Path) -> bool:
-    """Whether an HDF5 file holds anything."""
-    from femflex.hdf5 import open_hdf5
-
-    with open_hdf5(file) as opened:
-        return len(opened) > 0
 
 
 def body_text(file: Path, body: object) -> str:

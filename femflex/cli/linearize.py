@@ -7,11 +7,22 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from femflex.cli.advice_lines import Verbose, print_reasons
-from femflex.cli.outputs import DIAGRAM_SUFFIXES, PICTURE, outputs
+from femflex.cli.advice_lines import print_reasons
+from femflex.cli.options import (
+    DIAGRAM_SUFFIXES,
+    PICTURE,
+    At,
+    CaseFile,
+    Force,
+    Json,
+    Theme,
+    Verbose,
+    outputs,
+    read_seconds,
+    split_names,
+)
 from femflex.cli.progress import Patience
 from femflex.cli.tables import print_folded, print_json, print_table
-from femflex.cli.times import read_seconds
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
@@ -24,7 +35,7 @@ PARTS = 3  # states named per pole
 
 @verb("femflex linearize cases/panel_slew.toml --outputs bodies/hub/rate:y -o model.mat -o bode.png")
 def linearize(
-    case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)],
+    case: CaseFile,
     inputs: Annotated[
         str | None,
         typer.Option(
@@ -38,10 +49,7 @@ def linearize(
             "--outputs", help="Outputs: channels separated by commas, such as bodies/hub/rate:y,attitude/angles."
         ),
     ] = None,
-    at: Annotated[
-        str | None,
-        typer.Option("--at", help="Time at which loads and motions are taken: seconds, or a text such as '2 min'."),
-    ] = None,
+    at: At = None,
     run: Annotated[
         Path | None,
         typer.Option(
@@ -65,21 +73,17 @@ def linearize(
         list[Path] | None,
         typer.Option("-o", "--output", help="Model (.mat, .npz, .h5) or Bode plot (.png, .svg); may be repeated."),
     ] = None,
-    theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
-    force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
+    theme: Theme = "light",
+    force: Force = False,
     verbose: Verbose = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Make the linear model of a craft: state space with named inputs and outputs, poles, frequency response.
 
     About the equilibrium nearest to the case's initial state (at rest, in steady spin, in orbit), or about the state of
     a run at a time. Loads that vary do not act in the equilibrium unless --at says when.
     """
-    from femflex.writing import check_destination
-
-    files = outputs(output or (), {MODEL: (".mat", ".npz", ".h5"), PICTURE: DIAGRAM_SUFFIXES})
-    for path in files.values():
-        check_destination(path, force)
+    files = outputs(output, {MODEL: (".mat", ".npz", ".h5"), PICTURE: DIAGRAM_SUFFIXES}, force, theme)
     time = read_seconds(at, "--at")
     if run is not None and time is None:
         raise ValueError("--run names a run, whose state at a time is taken; give the time too (--at '3 s')")
@@ -89,14 +93,15 @@ def linearize(
         from femflex.case import read_case
         from femflex.pipeline.case_equilibrium import resolve_at_rest
         from femflex.studies.linear import balanced_truncation, linear_model, modal_truncation
-        from femflex.studies.linear.instant import state_of_run
+        from femflex.studies.linear.files import state_of_run
 
         parsed_case = read_case(case)
         resolved = resolve_at_rest(parsed_case)
         state = None
         if run is not None and time is not None:
             time, state = state_of_run(run, resolved.system, time)
-        model = linear_model(resolved.system, split_names(inputs), split_names(output_channels), at=time, state=state)
+        selected = (None if text is None else split_names([text]) for text in (inputs, output_channels))
+        model = linear_model(resolved.system, *selected, at=time, state=state)
         reduced_model: StateSpace = model
         if below is not None:
             reduced_model = modal_truncation(model, 6.283185307179586 * below)
@@ -114,29 +119,21 @@ def linearize(
         print(f"{kind:11} {path}")
 
 
-def split_names(text: str | None) -> list[str] | None:
-    """Split a list with commas into its words.
-
-    >>> split_names("a, b")
-    ['a', 'b']
-    """
-    return None if text is None else [word.strip() for word in text.split(",") if word.strip()]
-
-
 def write_files(
     model: StateSpace, files: dict[str, Path], title: str, style: tuple[str, bool, bool]
 ) -> list[tuple[str, Path]]:
     """Write the requested files; return the kind and the path of each."""
     from femflex.studies.linear import save_model
-    from femflex.studies.linear.grid import response_grid
+    from femflex.studies.linear.space import response_grid
     from femflex.view.bode import plot_bode, plot_nichols
+    from femflex.view.plot import PlotOptions
 
     theme, force, nichols = style
     written_files = []
     if MODEL in files:
         written_files.append((MODEL, save_model(model, files[MODEL], force)))
     if PICTURE in files:
-        omega = response_grid(model)
+        omega, options = response_grid(model), PlotOptions(theme=theme, title=title, force=force)
         G = model.frequency_response(omega)
         pairs = {
             f"{out} / {into}": G[:, o, i]
@@ -144,9 +141,9 @@ def write_files(
             for o, (out, _) in enumerate(model.outputs)
         }
         if nichols:
-            written_files.append((PICTURE, plot_nichols(pairs, files[PICTURE], theme, title, force=force)))
+            written_files.append((PICTURE, plot_nichols(pairs, files[PICTURE], **options)))
         else:
-            written_files.append((PICTURE, plot_bode(omega, pairs, files[PICTURE], theme, title, force=force)))
+            written_files.append((PICTURE, plot_bode(omega, pairs, files[PICTURE], **options)))
     return written_files
 
 
@@ -161,10 +158,10 @@ def model_data(model: LinearModel, reduced_model: StateSpace, zeros: bool) -> di
         "about": "an instant of a motion" if model.about is None else "equilibrium",
         "left_out": list(model.left_out),
         "poles": [pole.to_dict() for pole in poles_of(reduced_model)],
-        **{key: getattr(reduced_model, key).tolist() for key in "ABCD"},
+        **{key: getattr(reduced_model, key) for key in "ABCD"},
     }
     if zeros:
-        data["zeros"] = [[float(z.real), float(z.imag)] for z in transmission_zeros(reduced_model)]
+        data["zeros"] = transmission_zeros(reduced_model)
     return data
 
 
@@ -172,20 +169,17 @@ def print_model(model: LinearModel, reduced_model: StateSpace, data: dict[str, A
     """Print the poles, verbose: with their participation, the inputs and outputs, and the state that it is about."""
     from femflex.cli.equilibrium import frame_text, length_lines, print_stability
 
+    numbers = ("real", "imag", "frequency_hz", "damping_ratio")
+    heads = ["pole", "real, 1/s", "imaginary, 1/s", "Hz", ("damping ratio", ".4g"), *["participation"] * verbose]
     rows = [
-        [
-            pole["name"], f"{pole['real']:.6g}", f"{pole['imag']:.6g}", f"{pole['frequency_hz']:.6g}",
-            f"{pole['damping_ratio']:.4g}",
-            *[", ".join(f"{name} {100 * share:.0f} %" for name, share in list(pole["participation"].items())[:PARTS])]
-            * verbose,
-        ]
+        [pole["name"], *(pole[key] for key in numbers), *[_participation_text(pole)] * verbose]
         for pole in data["poles"][:SHOWN]
-    ]  # fmt: skip
-    print_table(["pole", "real, 1/s", "imaginary, 1/s", "Hz", "damping ratio", *["participation"] * verbose], rows)
+    ]
+    print_table(heads, rows)
     if len(data["poles"]) > SHOWN:
         print(f"and {len(data['poles']) - SHOWN} poles above, which --json lists\n")
     if "zeros" in data:
-        print_table(["zero, real, 1/s", "imaginary, 1/s"], [[f"{re:.6g}", f"{im:.6g}"] for re, im in data["zeros"]])
+        print_table(["zero, real, 1/s", "imaginary, 1/s"], [[f"{z.real:.6g}", z.imag] for z in data["zeros"]])
     print_folded(f"states      {len(reduced_model.states)}, of {len(model.states)}")
     for key in ("inputs", "outputs"):
         names = [entry["name"] for entry in data[key]]
@@ -204,3 +198,7 @@ def print_model(model: LinearModel, reduced_model: StateSpace, data: dict[str, A
         names_text = ", ".join(model.left_out)
         print_folded(f"left out    {names_text}. Time-varying loads are ignored here; --at TIME freezes them")
     print_stability(model.about)
+
+
+def _participation_text(pole: dict[str, Any]) -> str:
+    return ", ".join(f"{name} {100 * share:.0f} %" for name, share in list(pole["participation"].items())[:PARTS])

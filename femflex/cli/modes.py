@@ -2,22 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from femflex.cli.advice_lines import Verbose, print_notes
-from femflex.cli.backbone import backbone_data, print_backbone, read_lengths
-from femflex.cli.outputs import MOVIE, PAGE_SUFFIXES, PICTURE, REPORT, outputs
+from femflex.cli.advice_lines import print_notes
+from femflex.cli.info import starts_as_hdf5
+from femflex.cli.options import (
+    MOVIE,
+    PAGE_SUFFIXES,
+    PICTURE,
+    REPORT,
+    At,
+    Force,
+    Json,
+    Verbose,
+    outputs,
+    read_quantity,
+    read_seconds,
+)
 from femflex.cli.progress import Patience
 from femflex.cli.tables import print_json, print_table
-from femflex.cli.times import read_seconds
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
     from femflex.body import FlexibleBody
+    from femflex.studies import Backbone, BackboneError
+
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
@@ -36,14 +49,7 @@ def modes(
             help="Number of modes listed; with --body, of modes computed. Default: that of the case.",
         ),
     ] = None,
-    at: Annotated[
-        str | None,
-        typer.Option(
-            "--at",
-            help="Time at which loads and motions given as functions of time are evaluated: a number of seconds, or a "
-            "text such as '2 min'. Without it, such loads are left out.",
-        ),
-    ] = None,
+    at: At = None,
     mac: Annotated[
         Path | None, typer.Option("--mac", help="Body file whose shapes are compared (modal assurance).")
     ] = None,
@@ -56,13 +62,13 @@ def modes(
         ),
     ] = None,
     mode: Annotated[int | None, typer.Option("--mode", min=1, help="Number of the mode of the movie.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
+    force: Force = False,
     backbone: Annotated[
         str | None,
         typer.Option("--backbone", help='Rising amplitudes, "1 mm, 5 mm": frequency of the lowest mode at each.'),
     ] = None,
     verbose: Verbose = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Print the natural modes of a craft about its equilibrium, or those of single bodies.
 
@@ -74,23 +80,23 @@ def modes(
     Effective masses are in per cent of the body's mass and of its inertia about the origin of its frame. With nonlinear
     or condensed strain --backbone tells how the lowest frequency changes with the amplitude, the frame held.
     """
-    files = outputs(output or (), {PICTURE: (".png",), MOVIE: (".mp4",), REPORT: PAGE_SUFFIXES})
+    files = outputs(output, {PICTURE: (".png",), MOVIE: (".mp4",), REPORT: PAGE_SUFFIXES}, force)
     picture, movie, time = files.get(PICTURE), files.get(MOVIE), read_seconds(at, "--at")
-    of_bodies = body is not None or all_bodies or mac is not None or backbone is not None or _is_hdf5(file)
-    if not of_bodies:
-        from femflex.cli.craft_modes import Drawing, craft_modes
+    is_hdf5 = file.is_file() and starts_as_hdf5(file)
+    if not (is_hdf5 or all_bodies or any(option is not None for option in (body, mac, backbone))):
+        from femflex.cli.craft_modes import craft_modes
 
-        return craft_modes(
-            file, time, number, Drawing(picture, movie, files.get(REPORT), mode, force), verbose, as_json
-        )
+        return craft_modes(file, time, number, files, mode, force, verbose, as_json)
     if movie is not None or REPORT in files or mode is not None or at is not None:
         raise ValueError(
             "movies, pages, --mode and --at are for the modes of a craft; leave --body and its options out"
         )
-    amplitudes = None if backbone is None else read_lengths(backbone)
+    amplitudes = None
+    if backbone is not None:
+        amplitudes = [read_quantity(text, "m", "--backbone") for text in backbone.split(",")]
     with Patience("solving for the modes"):
-        bodies, notes = flexible_bodies(file, body, number)
-        compared_body = None if mac is None else _body_file(mac)
+        bodies, notes = (bodies_of_file if is_hdf5 else bodies_of_case)(file, body, number)
+        compared_body = None if mac is None else bodies_of_file(mac)[0][mac.stem]
     if picture is not None and len(bodies) > 1:
         raise ValueError(f"-o draws one body; name one of {sorted(bodies)} with --body")
     if picture is not None:
@@ -123,13 +129,13 @@ def modes(
         print(f"picture     {picture}")
 
 
-def flexible_bodies(file: Path, name: str | None, number: int | None) -> tuple[dict[str, FlexibleBody], dict[str, str]]:
-    """Return the flexible bodies of a case, or that of a body file, and notes. Raises ValueError if there are none."""
-    from femflex.noun.problems import suggestion_text
+Bodies = tuple[dict[str, "FlexibleBody"], dict[str, str]]  # and notes on them, both by name
 
-    if _is_hdf5(file):
-        return {file.stem: _with_number_of_modes(_body_file(file), number)}, {}
+
+def bodies_of_case(file: Path, name: str | None, number: int | None) -> Bodies:
+    """Return the flexible bodies of a case, or one of them, and notes. Raises ValueError if there are none."""
     from femflex.case import read_case
+    from femflex.noun.problems import suggestion_text
     from femflex.pipeline.case_bodies import advised_bodies
 
     case = read_case(file)
@@ -141,6 +147,16 @@ def flexible_bodies(file: Path, name: str | None, number: int | None) -> tuple[d
     if not bodies:
         raise ValueError(f"{f'body {name!r}' if name else file.name} has no elastic modes; all of it is rigid")
     return bodies, notes
+
+
+def bodies_of_file(file: Path, name: str | None = None, number: int | None = None) -> Bodies:
+    """Return the body of a body file, with the first of its modes if a number is given."""
+    from femflex.reduction import load_body
+
+    body = load_body(file)
+    if number is not None and number > body.n_modes:
+        raise ValueError(f"{number} modes were requested; the body file holds {body.n_modes}")
+    return {file.stem: body if number is None else body.truncated(number)}, {}
 
 
 def group_equal_bodies(bodies: Mapping[str, FlexibleBody]) -> list[tuple[str, FlexibleBody]]:
@@ -180,23 +196,25 @@ def print_modes(name: str, body: FlexibleBody, verbose: bool) -> None:
         f"{name}: {body.moments.mass:.6g} kg{each_text}, {n} elastic coordinates"
         f"{kind_counts(body.kinds[:n])}{dependent_count(body)}{strain}"
     )
-    numbers = [[str(k + 1), f"{omega / (2 * pi):.6g}"] for k, omega in enumerate(masses.omega)]
-    kinds = [[kind] if len(set(masses.kinds)) > 1 else [] for kind in masses.kinds]
-    heads = ["mode", "Hz", *DIRECTIONS, *["kind"] * any(kinds)]
+    several = len(set(masses.kinds)) > 1
+    numbers = [(str(k + 1), f"{omega / (2 * pi):.6g}") for k, omega in enumerate(masses.omega)]
+    kinds = [[kind] * several for kind in masses.kinds]
     shares = 100.0 * np.divide(masses.effective, masses.total, out=np.zeros((n, 6)), where=masses.total > 0)
     sums = 100.0 * masses.running
+
+    def table(cells: Iterable[Iterable[Any]], form: str, last: list[list[Any]], kinds: list[list[str]]) -> None:
+        heads = ["mode", "Hz", *((direction, form) for direction in DIRECTIONS), *["kind"] * bool(kinds[0])]
+        print_table(heads, [[*a, *b, *c] for a, b, c in zip(numbers, cells, kinds, strict=True)] + last)
+
     if verbose:
         print("participation in kg^1/2 and kg^1/2 m")
-        cells = [[f"{p + 0.0:.4f}" for p in np.round(row, 4)] for row in masses.participation]
-        print_table(heads, [[*a, *b, *c] for a, b, c in zip(numbers, cells, kinds, strict=True)])
-        cells = [[f"{s:.2f} ({r:.2f})" for s, r in zip(*rows, strict=True)] for rows in zip(shares, sums, strict=True)]
+        table(np.round(masses.participation, 4) + 0.0, ".4f", [], kinds)
         print("effective mass in % of the body's mass and inertia (running sum)")
-        print_table(heads[:8], [[*a, *b] for a, b in zip(numbers, cells, strict=True)])
+        cells = ([f"{s:.2f} ({r:.2f})" for s, r in zip(*rows, strict=True)] for rows in zip(shares, sums, strict=True))
+        table(cells, "", [], [[]] * n)
         return
     print("effective mass in % of the body's mass and inertia")
-    rows = [[*a, *(f"{s:.2f}" for s in row), *c] for a, row, c in zip(numbers, shares, kinds, strict=True)]
-    rows.append(["sum", "", *(f"{r:.2f}" for r in sums[-1]), *[""] * any(kinds)])
-    print_table(heads, rows)
+    table(shares, ".2f", [["sum", "", *sums[-1], *[""] * several]], kinds)
 
 
 def kind_counts(kinds: tuple[str, ...]) -> str:
@@ -220,9 +238,9 @@ def print_mac(body: FlexibleBody, compared_body: FlexibleBody, title: str) -> No
     from femflex.reduction import mac_of_bodies
 
     table = mac_of_bodies(body, compared_body)
-    rows = [[str(k + 1), *(f"{value:.4f}" for value in row)] for k, row in enumerate(table)]
     print(f"modal assurance against {title}")
-    print_table(["mode", *(str(k + 1) for k in range(table.shape[1]))], rows)
+    heads = ["mode", *((str(k + 1), ".4f") for k in range(table.shape[1]))]
+    print_table(heads, [[str(k + 1), *row] for k, row in enumerate(table)])
 
 
 def modes_data(body: FlexibleBody, compared_body: FlexibleBody | None) -> dict[str, Any]:
@@ -247,21 +265,58 @@ def modes_data(body: FlexibleBody, compared_body: FlexibleBody | None) -> dict[s
     return data | ({} if compared_body is None else {"mac": mac_of_bodies(body, compared_body)})
 
 
-def _is_hdf5(file: Path) -> bool:
-    if not file.is_file():
-        return False
-    with open(file, "rb") as opened:
-        return opened.read(8) == b"\x89HDF\r\n\x1a\n"
+def print_backbone(body: FlexibleBody, amplitudes: list[float]) -> None:
+    """Print the frequency of the lowest mode at these amplitudes [m].
+
+    Raises BackboneError where they are not all reached, after those that are.
+    """
+    data, error = backbone_data(body, amplitudes)
+    if data:
+        point_text = ", ".join(f"{x:.4g}" for x in data["place_m"])
+        print(f"free vibration in mode 1 by its amplitude at ({point_text}) m, frame held")
+        columns = data["amplitude_m"], data["frequency_hz"], data["frequency_hz"] / data["small_hz"]
+        print_table(["amplitude m", "Hz", ("over small motion", ".5f")], zip(*columns, strict=True))
+        for low, high in data["gaps_m"]:
+            print(
+                f"between {low:.4g} and {high:.4g} m a higher harmonic is in internal resonance with another "
+                "mode; the curve is not computed there"
+            )
+    if text := amplitude_note(body):
+        print(text)
+    if error is not None:
+        raise error
 
 
-def _body_file(file: Path) -> FlexibleBody:
-    from femflex.reduction import load_body
+def backbone_data(body: FlexibleBody, amplitudes: list[float]) -> tuple[dict[str, Any], BackboneError | None]:
+    """Return the backbone curve for --json, as far as it was computed, and the error that ended it."""
+    from math import pi
 
-    return load_body(file)
+    from femflex.studies import BackboneError, backbone
+
+    curve: Backbone | None
+    try:
+        curve, error = backbone(body, 1, amplitudes), None
+    except BackboneError as stopped:
+        curve, error = stopped.backbone, stopped
+    if curve is None:
+        return {}, error
+    return {
+        "place_m": curve.place,
+        "direction": curve.direction,
+        "amplitude_m": curve.amplitudes,
+        "frequency_hz": curve.omega / (2 * pi),
+        "small_hz": curve.small / (2 * pi),
+        "gaps_m": curve.gaps,
+        "path": [(vibration.amplitude, vibration.omega / (2 * pi)) for vibration in curve.path],
+        "note": amplitude_note(body),
+    }, error
 
 
-def _with_number_of_modes(body: FlexibleBody, number: int | None) -> FlexibleBody:
-
-    if number is not None and number > body.n_modes:
-        raise ValueError(f"{number} modes were requested; the body file holds {body.n_modes}")
-    return body if number is None else body.truncated(number)
+def amplitude_note(body: FlexibleBody) -> str:
+    """Note on a frequency that cannot change with the amplitude; empty for one that can."""
+    if body.strain_form != "linear":
+        return ""
+    return (
+        "linear strain: its force is proportional to the amplitude, so that the frequency cannot change with it; "
+        "give the body strain = 'condensed' or 'nonlinear' to see what a large amplitude does"
+    )

@@ -8,8 +8,9 @@ from typing import Annotated
 
 import typer
 
+from femflex.cli.examples import TEMPLATES, cases_folder, files_of
+from femflex.cli.options import Force
 from femflex.cli.progress import Patience
-from femflex.cli.shipped import TEMPLATES, cases_folder, files_of
 from femflex.cli.tables import print_folded
 from femflex.cli.verb import verb
 
@@ -30,7 +31,7 @@ def new(
         str | None,
         typer.Option("--template", help=f"Start from a shipped case with its mesh: {', '.join(TEMPLATES)}."),
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing case.")] = False,
+    force: Force = False,
 ) -> None:
     """Write a commented case to start from, and the schema by which editors complete and check its keys."""
     from femflex.case.schema import schema_text
@@ -111,3 +112,23 @@ def copy_template(word: str, target: Path, force: bool) -> None:
     for copy in copied:
         print(f"file        {copy}")
     print(f"next        femflex run {target}")
+
+
+@verb("femflex schema -o case.schema.json")
+def schema(
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="JSON file. Default: standard output.")] = None,
+    force: Force = False,
+) -> None:
+    """Print the JSON Schema of case files; `unit` names the SI unit of plain numbers."""
+    import json
+
+    from femflex.case.schema import json_schema
+    from femflex.writing import atomic_file
+
+    text = json.dumps(json_schema(), indent=1)
+    if output is None:
+        print(text)
+        return
+    with atomic_file(output, force) as draft:
+        draft.write_text(text + "\n", encoding="utf-8")
+    print(f"schema      {output}")

@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from femflex.cli.progress import Bar
+from femflex.cli.tables import print_folded
+
 if TYPE_CHECKING:
     from femflex.body import FlexibleBody
+    from femflex.case import Case
     from femflex.case.run import PicturesTable
+    from femflex.pipeline import Prepared
     from femflex.results import Run
+    from femflex.view.plot import PlotOptions
 
 
 def picture_paths(table: PicturesTable, output: Path) -> list[Path]:
@@ -46,6 +54,7 @@ def draw_pictures(
         include={"scale", "colour", "theme", "camera", "view", "triads", "edges", "size", "fit"}
     )
     look["traces"] = tuple(table.traces)
+    style: PlotOptions = {"theme": table.theme, "force": force}
     for path, (kind, subject) in _picture_list(table, output):
         if run.without and not _is_available(run, bodies, kind, subject):
             continue
@@ -61,13 +70,11 @@ def draw_pictures(
         elif kind == "modes":
             mode_montage(bodies[subject], path, title=f"modes of {subject}", force=force, theme=table.theme)
         elif kind == "spectrum":
-            plot_spectra(
-                run, path, [subject], force=force, theme=table.theme, highest=table.highest, second_run=second_run
-            )
+            plot_spectra(run, path, [subject], highest=table.highest, second_run=second_run, **style)
         elif kind == "spectrogram":
-            plot_spectrograms(run, path, [subject], force=force, theme=table.theme, highest=table.highest)
+            plot_spectrograms(run, path, [subject], highest=table.highest, **style)
         else:
-            plot_histories(run, path, [subject], force=force, theme=table.theme, second_run=second_run)
+            plot_histories(run, path, [subject], second_run=second_run, **style)
         yield path
 
 
@@ -99,3 +106,51 @@ def _picture_list(table: PicturesTable, output: Path) -> list[tuple[Path, tuple[
         for path in table.spectrograms
     ]
     return pictures
+
+
+def second_output(case: Case, output: Path) -> Path | None:
+    """Path of the second run's result file; None without a second run."""
+    if case.pictures is None or not (case.pictures.without or case.pictures.linearised):
+        return None
+    word = "linearised" if case.pictures.linearised else "without"
+    return output.with_name(f"{output.stem}_{word}{output.suffix}")
+
+
+def check_left_out(prepared: Prepared) -> None:
+    """Raise ValueError if a term that the second run leaves out does not exist, or the craft has no linear motion."""
+    if prepared.case.pictures is not None and prepared.case.pictures.linearised:
+        from femflex.pipeline.linear_motion import check
+
+        check(prepared.system)
+    if prepared.case.pictures is not None and not prepared.model.omitted:
+        from femflex.dynamics.terms.without import resolve_name
+
+        for name in prepared.case.pictures.without:
+            resolve_name(prepared.model, name)
+
+
+@contextmanager
+def second_run(case: Case, output: Path, force: bool) -> Iterator[Run | None]:
+    """Yield the second run, open for reading; one that diverges is kept up to that time, with a report."""
+    path = second_output(case, output)
+    if path is None or case.pictures is None:
+        yield None
+        return
+    from femflex import pipeline
+    from femflex.integrate import IntegrationError
+    from femflex.results import open_run
+    from femflex.warning import PhysicsWarning
+
+    linear = case.pictures.linearised
+    difference = "linearised" if linear else f"without {', '.join(case.pictures.without)}"
+    prepared = pipeline.prepare(case, path, force=force, without=case.pictures.without, linearised=linear)
+    text = "reached the end"
+    with warnings.catch_warnings(), Bar(f"again {difference}", float(prepared.times[-1])) as bar:
+        warnings.simplefilter("ignore", PhysicsWarning)  # what it leaves out is left out on purpose
+        try:
+            pipeline.integrate(prepared, path, force=force, progress=bar)
+        except IntegrationError as error:
+            text = f"stopped at t = {error.t:.6g} s, where it diverges"
+    print_folded(f"compared    {difference}: {path} {text}")
+    with open_run(path) as run:
+        yield run

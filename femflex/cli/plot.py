@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from femflex.cli.options import Force, RunFile, Theme, Title
 from femflex.cli.verb import verb
+
+if TYPE_CHECKING:
+    from femflex.view.plot import PlotOptions
 
 
 @verb("femflex plot run.h5 attitude/angles markers/beam.tip/deflection -o tip.svg")
 def plot(
-    file: Annotated[Path, typer.Argument(help="Result file of a run.", show_default=False)],
+    file: RunFile,
     channels: Annotated[
         list[str] | None,
         typer.Argument(
@@ -38,9 +42,9 @@ def plot(
     ] = False,
     highest: Annotated[float | None, typer.Option("--highest", help="Last frequency of spectra in Hz.")] = None,
     radians: Annotated[bool, typer.Option("--radians", help="Angles in radians instead of degrees.")] = False,
-    theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
-    title: Annotated[str | None, typer.Option("--title", help="Title. Default: that of the case.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
+    theme: Theme = "light",
+    title: Title = None,
+    force: Force = False,
 ) -> None:
     """Plot channels of a run over time, or their spectra, as PNG or SVG."""
     from femflex.results import open_run
@@ -52,23 +56,15 @@ def plot(
         raise ValueError("--spectrogram plots one run; leave --spectrum and --with out")
     kind = "energy" if energy else "spectrogram" if spectrogram else "spectrum" if spectrum else "plot"
     target = output or file.with_name(f"{file.stem}_{kind}.png")
+    style: PlotOptions = {"theme": theme, "title": title, "force": force}
+    chosen = (channels or None, not radians)
     with open_run(file) as run, nullcontext() if second_file is None else open_run(second_file) as second:
         if energy:
-            plot_energy(run, target, theme, title, force=force)
+            plot_energy(run, target, **style)
         elif spectrogram:
-            plot_spectrograms(run, target, channels or None, not radians, theme, title, highest=highest, force=force)
+            plot_spectrograms(run, target, *chosen, highest=highest, **style)
         elif spectrum:
-            plot_spectra(
-                run,
-                target,
-                channels or None,
-                not radians,
-                theme,
-                title,
-                highest=highest,
-                force=force,
-                second_run=second,
-            )
+            plot_spectra(run, target, *chosen, highest=highest, second_run=second, **style)
         else:
-            plot_histories(run, target, channels or None, not radians, theme, title, force=force, second_run=second)
+            plot_histories(run, target, *chosen, second_run=second, **style)
     print(f"picture     {target}")

@@ -5,12 +5,16 @@ from __future__ import annotations
 import sys
 import threading
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from threading import Event, Lock, Thread
 from types import TracebackType
 from typing import Any, Self
 
-from femflex.cli.warning_output import print_warnings
+from femflex.cli.verb import print_warnings
 
 PATIENCE = 2.0  # seconds
+BEAT = 0.5  # seconds
 
 
 def on_terminal() -> bool:
@@ -86,3 +90,27 @@ class Patience:
     def _print_text(self) -> None:
         self._printed = self.text
         print(f"{self.text} ...", file=sys.stderr, flush=True)
+
+
+@contextmanager
+def keep_alive(bar: Callable[[float], None]) -> Iterator[Callable[[float], None]]:
+    """Yield a function that reports progress to the bar; the bar repeats its last value at every beat."""
+    last_value, lock, finished = [0.0], Lock(), Event()
+
+    def report(value: float) -> None:
+        with lock:
+            last_value[0] = value
+            bar(value)
+
+    def beat() -> None:
+        while not finished.wait(BEAT):
+            with lock:
+                bar(last_value[0])
+
+    thread = Thread(target=beat, daemon=True)
+    thread.start()
+    try:
+        yield report
+    finally:
+        finished.set()
+        thread.join()

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from femflex.cli.info import kind_of_hdf5
+from femflex.cli.options import Force, Theme, read_seconds
 from femflex.cli.progress import Bar
-from femflex.cli.times import read_seconds
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def render(
             "stress:von_mises, peak:NAME, the largest stress over the run, or light, the sunlight on surfaces.",
         ),
     ] = "displacement",
-    theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
+    theme: Theme = "light",
     camera: Annotated[
         str | None,
         typer.Option("--camera", help="auto, fixed, follow, orbital, body or body:NAME. Default: that of the case."),
@@ -66,7 +66,7 @@ def render(
     trace: Annotated[
         list[str] | None, typer.Option("--trace", help="Marker BODY.MARKER whose path is drawn; may be repeated.")
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
+    force: Force = False,
 ) -> None:
     """Draw a run off screen: one instant, or a movie; or the modes of a body file as a montage or a looping movie."""
     direction = None if view is None else read_numbers(view, 3, "--view")

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from femflex.cli.advice_lines import Verbose
-from femflex.cli.names import listed_names
+from femflex.cli.options import CaseFile, Force, Verbose, split_names
+from femflex.cli.pictures import check_left_out, second_output, second_run
 from femflex.cli.progress import Bar, Patience
 from femflex.cli.run_report import print_modes_verdicts, print_run_heading, print_run_summary, print_verdicts
-from femflex.cli.second_run import check_left_out, second_output, second_run
 from femflex.cli.verb import print_error, verb
 
 if TYPE_CHECKING:
@@ -29,12 +28,12 @@ HELP_WITHOUT = (
 
 @verb("femflex run cases/orbiter_beam.toml -o beam.h5")
 def run(
-    case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)],
+    case: CaseFile,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Result file (HDF5). Default: CASE.h5 in this folder.")
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the unfinished run in the output file.")] = False,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
+    force: Force = False,
     without: Annotated[list[str] | None, typer.Option("--without", help=HELP_WITHOUT)] = None,
     linearised: Annotated[
         bool,
@@ -53,7 +52,7 @@ def run(
     from femflex.results import FileLock, open_run
     from femflex.studies.linear.closed_loop import growing_loops
 
-    began, output, omitted = time.perf_counter(), output or Path(f"{case.stem}.h5"), listed_names(without)
+    began, output, omitted = time.perf_counter(), output or Path(f"{case.stem}.h5"), split_names(without or ())
     with ExitStack() as stack:
         with Patience("reading the case") as say:
             parsed_case = read_case(case)
@@ -161,7 +160,7 @@ def check_pictures(case: Case, output: Path, force: bool) -> None:
     if case.campbell is not None:
         from femflex.cli.campbell import diagram_paths
 
-        picture_files += diagram_paths(output)
+        picture_files += diagram_paths(output).values()
     existing = [str(path) for path in picture_files if path.exists()]
     if existing:
         raise FileExistsError(

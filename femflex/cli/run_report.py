@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from femflex.cli.tables import print_folded
+from femflex.cli.tables import print_folded, print_line
 
 if TYPE_CHECKING:
-    from femflex.arrays import BoolArray
+    from femflex.arrays import Array, BoolArray
     from femflex.body import FlexibleBody
     from femflex.case import Case
+    from femflex.case.verdicts import Verdict
     from femflex.pipeline import Prepared
     from femflex.results import Run
     from femflex.system import System
 
+
 RELEASED = -2.0  # minus the time at which it opened, in place of the time, of a latch that has opened
 MOVED = 4  # initial values listed on screen when the start moves them
+SWINGING = 0.1  # rad left to the singularity: nearer than this two of the angles move ten times as far as the craft
 
 
 def print_run_heading(prepared: Prepared, verbose: bool) -> None:
@@ -177,16 +181,14 @@ def print_run_summary(run: Run, system: System, output: Path) -> None:
     import numpy as np
 
     from femflex.advice.energy_watch import conserved_monitors
-    from femflex.cli.attitude_angles import angle_lines
 
     s = run.statistics
     print(
         f"done        {output}: {s.get('accepted', 0)} steps, {s.get('rejected', 0)} rejected, "
         f"{s.get('evaluations', 0)} evaluations"
     )
-    for line in (*latch_lines(run), *tank_lines(run), *wheel_lines(run), *cable_lines(run), *reach_lines(run, system)):
-        print(line)
-    for line in angle_lines(run, system.libration_sequence):
+    lines = [*latch_lines(run), *tank_lines(run), *limit_lines(run), *reach_lines(run, system)]
+    for line in (*lines, *angle_lines(run, system.libration_sequence)):
         print(line)
     for path in conserved_monitors(system, run.without):
         print(change_line(run, path))
@@ -213,13 +215,20 @@ def change_line(run: Run, path: str) -> str:
     return f"monitor     {quantity} changed by up to {change:.3e} {run.unit(path)}{relative}"
 
 
+def owners_of(run: Run, folder: str, channel: str) -> list[str]:
+    """Names of the latches, effectors and so on that have a channel of that name."""
+    head, tail = f"{folder}/", f"/{channel}"
+    return sorted(path.split("/")[1] for path in run if path.startswith(head) and path.endswith(tail))
+
+
 def latch_lines(run: Run) -> list[str]:
     """A line per latch: the time at which it locked and the energy lost, or the time of its release."""
     lines = []
-    for path in sorted(name for name in run if name.startswith("latches/") and name.endswith("/time")):
-        name, lock_time = path.split("/")[1], float(run[path][-1])
+    for name in owners_of(run, "latches", "time"):
+        times = run[f"latches/{name}/time"]
+        start_time, lock_time = float(times[0]), float(times[-1])
         if lock_time <= RELEASED:
-            at_start = float(run[path][0]) <= RELEASED  # in the run that this one starts from
+            at_start = start_time <= RELEASED  # in the run that this one starts from
             release_text = "before the start" if at_start else f"at t = {RELEASED - lock_time:.9g} s"
             lines.append(f"latch       {name} was released {release_text}")
         elif lock_time < 0:
@@ -233,35 +242,26 @@ def latch_lines(run: Run) -> list[str]:
 def tank_lines(run: Run) -> list[str]:
     """A line per tank that ran empty, and the propellant left in the others."""
     lines = []
-    for path in sorted(name for name in run if name.startswith("effectors/") and name.endswith("/emptied")):
-        name, empty_time = path.split("/")[1], float(run[path][-1])
-        mass = float(run[f"effectors/{name}/mass"][-1])
-        state = (
-            f"was empty at t = {empty_time:.9g} s; its thrusters gave no thrust from then on"
-            if empty_time >= 0
-            else f"holds {mass:.6g} kg"
-        )
+    for name in owners_of(run, "effectors", "emptied"):
+        empty_time = float(run[f"effectors/{name}/emptied"][-1])
+        state = f"holds {float(run[f'effectors/{name}/mass'][-1]):.6g} kg"
+        if empty_time >= 0:
+            state = f"was empty at t = {empty_time:.9g} s; its thrusters gave no thrust from then on"
         lines.append(f"tank        {name} {state}")
     return lines
 
 
-def wheel_lines(run: Run) -> list[str]:
-    """A line per wheel whose torque or speed was at a limit: the share, first and last of the rows."""
-    paths = sorted(path for path in run if path.startswith("effectors/") and path.endswith("/saturated"))
-    row_texts = {path.split("/")[1]: row_range_text(run, run[path] > 0.5) for path in paths}
-    return [f"wheel       {name} was saturated {text}" for name, text in row_texts.items() if text]
-
-
-def cable_lines(run: Run) -> list[str]:
-    """A line per cable that was slack: the share, first and last of the rows."""
-    row_texts = {}
-    for path in sorted(name for name in run if name.startswith("effectors/") and name.endswith("/tension")):
-        name = path.split("/")[1]
+def limit_lines(run: Run) -> list[str]:
+    """A line per wheel at a limit of torque or speed, and per slack cable: the share, first and last of the rows."""
+    texts = {}
+    for name in owners_of(run, "effectors", "saturated"):
+        texts[f"wheel       {name} was saturated"] = row_range_text(run, run[f"effectors/{name}/saturated"] > 0.5)
+    for name in owners_of(run, "effectors", "tension"):
         if f"effectors/{name}/slack" in run:
-            row_texts[name] = row_range_text(run, run[f"effectors/{name}/slack"] > 0.0)
+            texts[f"cable       {name} was slack"] = row_range_text(run, run[f"effectors/{name}/slack"] > 0.0)
         elif f"effectors/{name}/distance" in run:
-            row_texts[name] = row_range_text(run, run[path] == 0.0)
-    return [f"cable       {name} was slack {text}" for name, text in row_texts.items() if text]
+            texts[f"cable       {name} was slack"] = row_range_text(run, run[f"effectors/{name}/tension"] == 0.0)
+    return [f"{head} {text}" for head, text in texts.items() if text]
 
 
 def row_range_text(run: Run, rows: BoolArray) -> str:
@@ -299,10 +299,7 @@ def print_verdicts(case: Case, run: Run) -> list[str]:
         return []
     from femflex.case.verdicts import run_verdicts
 
-    verdicts = run_verdicts(case, run)
-    for verdict in verdicts:
-        print_folded(f"expected    {verdict}")
-    return [verdict.name for verdict in verdicts if not verdict.holds]
+    return _printed_failures(run_verdicts(case, run))
 
 
 def print_modes_verdicts(case: Case) -> list[str]:
@@ -310,9 +307,60 @@ def print_modes_verdicts(case: Case) -> list[str]:
     from femflex.case.verdicts import expects_modes, mode_verdicts
     from femflex.pipeline.case_equilibrium import case_modes
 
-    if not expects_modes(case):
-        return []
-    verdicts = mode_verdicts(case, case_modes(case))
+    return _printed_failures(mode_verdicts(case, case_modes(case))) if expects_modes(case) else []
+
+
+def _printed_failures(verdicts: Iterable[Verdict]) -> list[str]:
+    failures = []
     for verdict in verdicts:
-        print_folded(f"expected    {verdict}")
-    return [verdict.name for verdict in verdicts if not verdict.holds]
+        print_line("expected", verdict)
+        failures += [] if verdict.holds else [verdict.name]
+    return failures
+
+
+def angle_lines(run: Run, sequence: str) -> list[str]:
+    """A line if the craft turns and its angles come near their singularity, with a sequence that stays clear."""
+    import numpy as np
+
+    from femflex.rotations import dcm_from_angles, is_symmetric, singularity_distance, vector_from_dcm
+
+    if "attitude/angles" not in run:
+        return []
+    angles, names = run["attitude/angles"], run.names("attitude/angles")
+    distance = float(singularity_distance(angles, sequence).min(initial=np.inf))
+    if distance > SWINGING:
+        return []
+    C = dcm_from_angles(angles, sequence)
+    travel = np.abs(vector_from_dcm(C[:-1].swapaxes(1, 2) @ C[1:])).sum(axis=0) if len(C) > 1 else np.zeros(3)
+    if travel.max() < SWINGING:
+        return []
+    best, clear = clearest_sequence(C, "xyz"[int(travel.argmax())])
+    advice_text = (
+        f'Set sequence = "{best}" in [attitude]; its second angle stays {np.degrees(clear):.3g} deg away from that.'
+        if clear > SWINGING
+        else "Every sequence comes near its singularity in this run; read the Euler parameters bodies/NAME/attitude."
+    )
+    return [
+        f"attitude    angle {names[1]} came within {np.degrees(distance):.2f} deg of "
+        f"{'0 or 180' if is_symmetric(sequence) else '90'} deg, where {names[0]} and {names[2]} are not unique (nearer "
+        f"than {np.degrees(SWINGING):.1f} deg they swing). {advice_text}"
+    ]
+
+
+def clearest_sequence(C: Array, axis: str) -> tuple[str, float]:
+    """The sequence of three axes that stays clear of its singularity in C_PQ (n_t, 3, 3), and by how much [rad].
+
+    One that begins with this axis goes before the others that are clear.
+    """
+    from femflex.rotations import ANGLE_SEQUENCES, angles_from_dcm, is_symmetric, singularity_distance
+
+    distances = {
+        sequence: float(singularity_distance(angles_from_dcm(C, sequence), sequence).min())
+        for sequence in ANGLE_SEQUENCES
+        if not is_symmetric(sequence)
+    }
+    best = max(
+        distances,
+        key=lambda sequence: (distances[sequence] > SWINGING, sequence[0] == axis, round(distances[sequence], 6)),
+    )
+    return best, distances[best]

@@ -7,11 +7,22 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from femflex.cli.names import listed_names
-from femflex.cli.outputs import DIAGRAM_SUFFIXES, PAGE_SUFFIXES, PICTURE, REPORT, TABLE, outputs
+from femflex.cli.options import (
+    DIAGRAM_SUFFIXES,
+    PAGE_SUFFIXES,
+    PICTURE,
+    REPORT,
+    TABLE,
+    CaseFile,
+    Force,
+    Json,
+    Theme,
+    outputs,
+    read_seconds,
+    split_names,
+)
 from femflex.cli.progress import Bar
-from femflex.cli.tables import print_folded, print_json, print_table
-from femflex.cli.times import read_seconds
+from femflex.cli.tables import print_json, print_line, print_table, write_csv
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
@@ -24,7 +35,7 @@ ROWS = 24  # values printed of a locus; the table and --json have all
 
 @verb('femflex stability cases/spinner.toml --vary "attitude.spin.2=0.1:1:31" -o locus.png')
 def stability(
-    case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)],
+    case: CaseFile,
     vary: Annotated[
         list[str] | None,
         typer.Option("--vary", help="KEY=FIRST:LAST:NUMBER, such as joints.0.damping=0:4:41; once or twice."),
@@ -46,9 +57,9 @@ def stability(
         list[Path] | None,
         typer.Option("-o", "--output", help="Table (.csv), picture (.png, .svg) or page (.html); may be repeated."),
     ] = None,
-    theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
-    force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
+    theme: Theme = "light",
+    force: Force = False,
+    as_json: Json = False,
 ) -> None:
     """Chart the stability of a craft over one or two values of its case.
 
@@ -56,13 +67,7 @@ def stability(
     changes. Over two: regions and their traced boundaries. Values and settings are those of the case's \\[stability]
     where none are given.
     """
-    from femflex.view.theme import theme_of
-    from femflex.writing import check_destination
-
-    files = outputs(output or (), {TABLE: (".csv",), PICTURE: DIAGRAM_SUFFIXES, REPORT: PAGE_SUFFIXES})
-    theme_of(theme)
-    for path in files.values():
-        check_destination(path, force)
+    files = outputs(output, {TABLE: (".csv",), PICTURE: DIAGRAM_SUFFIXES, REPORT: PAGE_SUFFIXES}, force, theme)
     from femflex.case import read_case
     from femflex.studies.stability import case_stability
 
@@ -104,7 +109,7 @@ def with_options(
     if shooting:
         settings["shooting"] = True
     if without is not None:
-        settings["without"] = listed_names(without)
+        settings["without"] = split_names(without)
     if not settings:
         return case
     return case.model_copy(update={"stability": stability_table(settings, "the command line")})
@@ -130,16 +135,14 @@ def read_vary_option(text: str) -> tuple[str, dict[str, Any]]:
 
 def print_stability_of(case_result: CaseStability) -> None:
     """Print a locus as a table with the values at which stability changes, a chart as its regions."""
-    from femflex.studies.stability.locus import Locus
+    from femflex.studies.stability import Locus
 
     for result, left_out in ((case_result.result, ()), (case_result.second, case_result.left_out)):
-        if result is None:
-            continue
         if left_out:
             print(f"\nwithout {', '.join(left_out)}")
         if isinstance(result, Locus):
             print_locus(result)
-        else:
+        elif result is not None:
             print_chart(result)
 
 
@@ -147,38 +150,33 @@ def print_locus(locus: Locus) -> None:
     """Print growth and stability over the value."""
     from femflex.studies.stability import KINDS
 
-    step = max(1, -(-len(locus.values) // ROWS))
     rows = [
-        [f"{locus.values[k]:.6g}", f"{locus.growth[k]:.6g}", KINDS[int(locus.kinds[k])]]
-        for k in range(0, len(locus.values), step)
+        [f"{value:.6g}", f"{growth:.6g}", KINDS[int(kind)]]
+        for value, growth, kind in zip(locus.values, locus.growth, locus.kinds, strict=True)
     ]
-    print_table([f"{locus.name} {locus.unit}".strip(), "growth, 1/s", "stability"], rows)
+    print_table([f"{locus.name} {locus.unit}".strip(), "growth, 1/s", "stability"], rows[:: -(-len(rows) // ROWS)])
     names = list(dict.fromkeys(name for name in locus.names if name))
     if names:
-        print_folded(f"branches    {', '.join(names)}, named at the first value")
+        print_line("branches", f"{', '.join(names)}, named at the first value")
     if locus.trivial:
-        count = len(locus.trivial)
-        print_folded(f"trivial     {count} multipliers are 1: {', '.join(locus.trivial)}")
+        print_line("trivial", f"{len(locus.trivial)} multipliers are 1: {', '.join(locus.trivial)}")
         print(f"split       multipliers 1 are found within {locus.split:.2g}: rounding separates double eigenvalues")
     if locus.lost is not None:
-        print(
-            f"lost        no equilibrium at {locus.lost:.6g} {locus.unit}".rstrip()
-            + "; values beyond are not looked at"
-        )
+        place = f"{locus.lost:.6g} {locus.unit}".rstrip()
+        print(f"lost        no equilibrium at {place}; values beyond are not looked at")
     changes = ", ".join(f"{value:.8g}" for value in locus.critical)
-    print_folded(f"changes     {changes} {locus.unit}".rstrip() if changes else "changes     nowhere")
+    print_line("changes", f"{changes} {locus.unit}".rstrip() if changes else "nowhere")
 
 
 def print_chart(chart: Chart) -> None:
     """Print the share of each region and the lines between them."""
     from femflex.studies.stability import KINDS
 
-    total = chart.kinds.size
-    rows = [[text, f"{100 * float((chart.kinds == kind).sum()) / total:.4g} %"] for kind, text in KINDS.items()]
+    rows = [[text, f"{100 * float((chart.kinds == kind).mean()):.4g} %"] for kind, text in KINDS.items()]
     print_table(["region", "of the points"], rows)
     lines = [f"{KINDS[a]} | {KINDS[b]}: {len(points)} points" for a, b, points in chart.boundaries]
     for line in lines or ["none"]:
-        print_folded(f"boundary    {line}")
+        print_line("boundary", line)
     error = " and ".join(f"{size:.2g} {unit}".strip() for size, unit in zip(chart.error, chart.units, strict=True))
     print(f"traced      to within {error}")
 
@@ -187,75 +185,56 @@ def stability_data(case_result: CaseStability) -> dict[str, Any]:
     """Return the result for --json."""
     return {
         "found": _result_data(case_result.result),
-        "without": list(case_result.left_out),
+        "without": case_result.left_out,
         "second": None if case_result.second is None else _result_data(case_result.second),
     }
 
 
 def _result_data(result: Locus | Chart) -> dict[str, Any]:
-    from femflex.studies.stability import KINDS
-    from femflex.studies.stability.locus import Locus
+    from femflex.studies.stability import KINDS, Locus
 
-    kinds = {
-        "kinds": result.kinds.tolist(),
-        "growth": result.growth.tolist(),
-        "meaning": {str(k): v for k, v in KINDS.items()},
-    }
+    kinds = {"kinds": result.kinds, "growth": result.growth, "meaning": KINDS}
     if isinstance(result, Locus):
-        branches = [[[float(z.real), float(z.imag)] for z in row] for row in result.branches]
-        return {"of": result.quantity, "name": result.name, "unit": result.unit, "values": result.values.tolist(),
-                "branches": branches, "names": list(result.names), "trivial": list(result.trivial),
-                "split": result.split, "critical": list(result.critical), "lost": result.lost, **kinds}  # fmt: skip
-    lines = [{"between": [KINDS[a], KINDS[b]], "points": points.tolist()} for a, b, points in result.boundaries]
-    return {"names": list(result.names), "units": list(result.units), "first": result.first_values.tolist(),
-            "second": result.second_values.tolist(), "boundaries": lines,
-            "error": list(result.error), **kinds}  # fmt: skip
+        keys = ("name", "unit", "values", "branches", "names", "trivial", "split", "critical", "lost")
+        return {"of": result.quantity, **{key: getattr(result, key) for key in keys}, **kinds}
+    lines = [{"between": [KINDS[a], KINDS[b]], "points": points} for a, b, points in result.boundaries]
+    axes = {"first": result.first_values, "second": result.second_values}
+    return {"names": result.names, "units": result.units, **axes, "boundaries": lines, "error": result.error, **kinds}
 
 
 def write_table(result: Locus | Chart, path: Path, force: bool) -> None:
     """Write a CSV file with a row for every point."""
-    from femflex.studies.stability.locus import Locus
-    from femflex.writing import atomic_file
+    from femflex.studies.stability import Locus
 
     if isinstance(result, Locus):
-        n = result.branches.shape[1]
-        labels = [f"{k + 1} {name}".strip() for k, name in enumerate(result.names or ("",) * n)]
-        head = [result.name, "kind", "growth", *(f"{part}_{label}" for label in labels for part in ("real", "imag"))]
+        names = result.names or ("",) * result.branches.shape[1]
+        labels = [f"{k + 1} {name}".strip() for k, name in enumerate(names)]
+        heads = [result.name, "kind", "growth", *(f"{part}_{label}" for label in labels for part in ("real", "imag"))]
+        columns = zip(result.values, result.kinds, result.growth, result.branches, strict=True)
         rows = [
-            [value, int(result.kinds[i]), result.growth[i], *(v for z in result.branches[i] for v in (z.real, z.imag))]
-            for i, value in enumerate(result.values)
+            [value, kind, growth, *(v for z in row for v in (z.real, z.imag))] for value, kind, growth, row in columns
         ]
     else:
-        head = [*result.names, "kind", "growth"]
+        heads = [*result.names, "kind", "growth"]
         rows = [
-            [a, b, int(result.kinds[i, j]), result.growth[i, j]]
+            [a, b, result.kinds[i, j], result.growth[i, j]]
             for i, a in enumerate(result.first_values)
             for j, b in enumerate(result.second_values)
         ]
-    with atomic_file(path, force) as draft:
-        lines = [",".join(head), *(",".join(f"{v:.12g}" for v in row) for row in rows)]
-        draft.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    write_csv(path, heads, rows, force)
 
 
 def draw_stability(case_result: CaseStability, path: Path, title: str, theme: str, force: bool) -> None:
     """Draw the locus or chart; a chart over the inertia ratios has the regions of the rigid craft."""
-    from femflex.studies.stability.gravity_gradient import known_curves
-    from femflex.studies.stability.locus import Locus
+    from femflex.studies.stability import Locus
+    from femflex.studies.stability.inertia_ratios import known_curves
     from femflex.view.stability import plot_chart, plot_locus
 
+    second: Any = case_result.second
+    more: dict[str, Any] = {"theme": theme, "title": title, "force": force}
+    more |= {"second": second, "left_out": case_result.left_out}
     if isinstance(case_result.result, Locus):
-        second = case_result.second if isinstance(case_result.second, Locus) else None
-        plot_locus(case_result.result, path, theme, title, force=force, second=second, left_out=case_result.left_out)
-        return
-    chart = case_result.second if not isinstance(case_result.second, Locus) else None
-    boundaries = known_curves(case_result.result.names) if case_result.ratios else ()
-    plot_chart(
-        case_result.result,
-        path,
-        theme,
-        title,
-        force=force,
-        second=chart,
-        left_out=case_result.left_out,
-        reference_curves=boundaries,
-    )
+        plot_locus(case_result.result, path, **more)
+    else:
+        curves = known_curves(case_result.result.names) if case_result.ratios else ()
+        plot_chart(case_result.result, path, reference_curves=curves, **more)

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import json as json_format
 import sys
 from collections.abc import Iterable, Mapping
 from math import isfinite
@@ -13,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from femflex.cli.outputs import PICTURE, TABLE, outputs
+from femflex.cli.options import PICTURE, TABLE, Force, Json, RunFile, outputs
 from femflex.cli.progress import Patience
+from femflex.cli.tables import print_json, print_table, write_csv
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
@@ -33,7 +31,7 @@ HELP_AT = (
 
 @verb("femflex stress run.h5 --body wing --at 0.3,0,0 -o stress.csv")
 def stress(
-    file: Annotated[Path, typer.Argument(help="Result file of a run.", show_default=False)],
+    file: RunFile,
     body: Annotated[list[str] | None, typer.Option("--body", help="Body; may be repeated. Default: all.")] = None,
     at: Annotated[list[str] | None, typer.Option("--at", help=HELP_AT)] = None,
     quantity: Annotated[
@@ -50,18 +48,15 @@ def stress(
         list[Path] | None,
         typer.Option("-o", "--output", help="CSV file of what is printed; PNG picture of one quantity's peaks."),
     ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
+    as_json: Json = False,
+    force: Force = False,
 ) -> None:
     """Print the largest section forces and stresses of every flexible body over a run, or write them along time."""
     from femflex.results import open_run
-    from femflex.writing import atomic_file, check_destination
 
     if at and points:
         raise ValueError("--at and --points are two tables; give one of them")
-    files = outputs(output or (), {TABLE: (".csv",), PICTURE: (".png",)})
-    for path in files.values():
-        check_destination(path, force)
+    files = outputs(output, {TABLE: (".csv",), PICTURE: (".png",)}, force)
     with Patience(f"recovering stress of {file.name}"), open_run(file) as run:
         bodies = run.bodies()
         names = body or [name for name, found_body in bodies.items() if found_body.strain_field]
@@ -79,15 +74,13 @@ def stress(
             rows = (_rows_of_points if points else _rows_of_peaks)(run, bodies, fields, quantities)
         if PICTURE in files:
             _draw_peaks(run, fields, files[PICTURE], quantity, force)
-    if json:
-        print(json_format.dumps([dict(zip(rows[0], row, strict=True)) for row in rows[1:]]))
+    if as_json:
+        print_json([dict(zip(rows[0], row, strict=True)) for row in rows[1:]])
     elif not (at or points) or TABLE not in files:
-        print(_table_text(rows))
+        keys = 1 if at else rows[0].index("quantity") + 1
+        print_table([(head, ".5g") for head in rows[0]], rows[1:], keys=keys)
     if TABLE in files:
-        text = io.StringIO()
-        csv.writer(text).writerows(rows)
-        with atomic_file(files[TABLE], force) as part:
-            part.write_text(text.getvalue(), encoding="utf-8")
+        write_csv(files[TABLE], rows[0], rows[1:], force)
 
 
 def _fields_of_groups(bodies: Any, names: list[str], groups: list[str] | None) -> Fields:
@@ -239,12 +232,3 @@ def _read_point(text: str, bodies: Any, names: list[str]) -> list[float]:
             f"--at is {text!r}; give three numbers in metres, such as 0.3,0,0, or a marker: {', '.join(markers)}"
         )
     return point
-
-
-def _table_text(rows: list[list[Any]]) -> str:
-    texts = [
-        [f"{cell:.5g}" if isinstance(cell, float) else "-" if cell is None else str(cell) for cell in row]
-        for row in rows
-    ]
-    width = [max(len(row[k]) for row in texts) for k in range(len(texts[0]))]
-    return "\n".join("  ".join(cell.rjust(w) for cell, w in zip(row, width, strict=True)) for row in texts)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from femflex.cli.interrupt import name_continuation
-from femflex.cli.outputs import DIAGRAM_SUFFIXES, PAGE_SUFFIXES, PICTURE, REPORT, outputs
+from femflex.cli.options import DIAGRAM_SUFFIXES, PAGE_SUFFIXES, PICTURE, REPORT, Force, Json, Theme, outputs
 from femflex.cli.progress import Bar
 from femflex.cli.tables import print_json, print_table
 from femflex.cli.verb import print_error, verb
@@ -17,6 +17,7 @@ from femflex.worker_processes import worker_context
 
 if TYPE_CHECKING:
     from femflex.studies.sweep import Sweep
+    from femflex.view.plot import PlotOptions
 
 RESULT = "result"
 FAILURES = 3  # failed members whose problems are printed
@@ -40,9 +41,9 @@ def sweep(
     indices: Annotated[
         bool, typer.Option("--indices", help="Draw Sobol indices (design = 'sobol_indices'), not outputs over inputs.")
     ] = False,
-    theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
-    force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
+    theme: Theme = "light",
+    force: Force = False,
+    as_json: Json = False,
 ) -> None:
     """Run a case many times with values from a grid, lists or distributions, on all cores.
 
@@ -50,13 +51,9 @@ def sweep(
     their problem. A sweep that was killed goes on with --resume; its numbers depend neither on that nor on the number
     of workers.
     """
-    from femflex.writing import check_destination
-
-    files = outputs(output or (), {RESULT: (".h5",), PICTURE: DIAGRAM_SUFFIXES, REPORT: PAGE_SUFFIXES})
+    kinds = {RESULT: (".h5",), PICTURE: DIAGRAM_SUFFIXES, REPORT: PAGE_SUFFIXES}
+    files = outputs(output, kinds, force, theme, kept=(RESULT,))
     result = files.get(RESULT, Path(f"{study.stem}.h5"))
-    for kind in (PICTURE, REPORT):
-        if kind in files:
-            check_destination(files[kind], force)
     if scheduler is None and workers != 1:
         worker_context(["femflex.studies.sweep.member"])  # while this process loads the same
     from femflex.studies.sweep import sweep as run_sweep
@@ -81,21 +78,19 @@ def sweep(
         print_error(f"run {number} failed: {text}")
     statistics = results.statistics()
     if as_json:
+        names = ("mean", "sigma", "run_of_least", "run_of_largest")
         print_json({
-            "statistics": {name: dict(zip(("mean", "sigma", "run_of_least", "run_of_largest"), row, strict=True))
-                           for name, row in statistics.items()},
+            "statistics": {name: dict(zip(names, row, strict=True)) for name, row in statistics.items()},
             "runs": len(results.problems), "failed": [{"run": k, "problem": text} for k, text in failed],
-            "inputs": {k: v.tolist() for k, v in results.inputs.items()},
-            "outputs": {k: v.tolist() for k, v in results.outputs.items()}, "units": results.units,
-            "percentiles": results.percentiles.tolist(),
-            "percentiles_of_outputs": {k: v.tolist() for k, v in results.output_percentiles().items()},
-            "sobol_indices": {k: v.tolist() for k, v in results.sobol.items()},
+            "inputs": results.inputs, "outputs": results.outputs, "units": results.units,
+            "percentiles": results.percentiles, "percentiles_of_outputs": results.output_percentiles(),
+            "sobol_indices": results.sobol,
         })  # fmt: skip
         return
     print_table(
         ["output", "mean", "sigma", *(f"{p:g} %" for p in results.percentiles), "unit"],
         [
-            [name, *(f"{v:.6g}" for v in (*statistics.get(name, ())[:2], *row)), results.units.get(name, "")]
+            [name, *statistics.get(name, (None, None))[:2], *row, results.units.get(name, "")]
             for name, row in results.output_percentiles().items()
         ],
     )
@@ -106,17 +101,14 @@ def sweep(
             )
             print(f"{head:11} {name} {results.outputs[name][k]:.6g} {results.units.get(name, '')} in run {k}: {values}")
     for name, shares in results.sobol.items():
-        rows = [
-            [key, f"{first_order:.4g}", f"{total:.4g}"]
-            for key, (first_order, total) in zip(results.inputs, shares, strict=True)
-        ]
-        print_table(["value", "first order", "total"], rows, f"share in the variance of {name} (Sobol indices)")
+        rows = [[key, *share] for key, share in zip(results.inputs, shares, strict=True)]
+        heads = ["value", ("first order", ".4g"), ("total", ".4g")]
+        print_table(heads, rows, f"share in the variance of {name} (Sobol indices)")
     print(f"runs        {len(results.problems)}, of which {len(failed)} failed")
     print(f"kept        {result}")
-    if PICTURE in files:
-        print(f"picture     {files[PICTURE]}")
-    if REPORT in files:
-        print(f"report      {files[REPORT]}")
+    for kind in (PICTURE, REPORT):
+        if kind in files:
+            print(f"{kind:11} {files[kind]}")
 
 
 def draw_sweep(results: Sweep, path: Path, title: str, style: tuple[str, bool], kind: str) -> None:
@@ -124,20 +116,12 @@ def draw_sweep(results: Sweep, path: Path, title: str, style: tuple[str, bool], 
     from femflex.view.sweep_plots import plot_envelopes, plot_indices, plot_scatter
 
     theme, force = style
+    options: PlotOptions = {"theme": theme, "title": title, "force": force}
     if kind == "indices":
-        plot_indices(list(results.inputs), results.sobol, path, theme, title, force=force)
+        plot_indices(list(results.inputs), results.sobol, path, **options)
     elif kind == "envelope":
         bands = results.history_percentiles()
-        plot_envelopes(
-            results.time,
-            results.histories,
-            bands,
-            results.percentiles,
-            path,
-            theme,
-            title,
-            force=force,
-            units=results.units,
-        )
+        values = results.time, results.histories, bands, results.percentiles
+        plot_envelopes(*values, path, units=results.units, **options)
     else:
-        plot_scatter(results.inputs, results.outputs, results.units, path, theme, title, force=force)
+        plot_scatter(results.inputs, results.outputs, results.units, path, **options)

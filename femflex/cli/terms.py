@@ -4,22 +4,24 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from femflex.cli.options import Force, Json, MovedCase, RunFile, Theme, Title, read_seconds
 from femflex.cli.progress import Patience
-from femflex.cli.times import read_seconds
+from femflex.cli.tables import print_json, print_table
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
     from femflex.results import FileLock
     from femflex.studies.explain import Explanation
+    from femflex.view.plot import PlotOptions
 
 
 @verb("femflex terms run.h5 --coordinate beam.delta1 -o terms.png")
 def terms(
-    file: Annotated[Path, typer.Argument(help="Result file of a run.", show_default=False)],
+    file: RunFile,
     coordinate: Annotated[
         list[str] | None,
         typer.Option(
@@ -34,20 +36,17 @@ def terms(
     ] = None,
     start: Annotated[str | None, typer.Option("--from", help="First time: seconds, or a text such as '2 min'.")] = None,
     end: Annotated[str | None, typer.Option("--to", help="Last time.")] = None,
-    case: Annotated[
-        Path | None,
-        typer.Option("--case", help="Where the case file is now, if it has moved; meshes are searched in its folder."),
-    ] = None,
-    theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
-    title: Annotated[str | None, typer.Option("--title", help="Title. Default: that of the case.")] = None,
+    case: MovedCase = None,
+    theme: Theme = "light",
+    title: Title = None,
     whole: Annotated[
         bool, typer.Option("--whole", help="Draw the inertia as one term, not split by accelerating coordinate.")
     ] = False,
     keep: Annotated[
         bool, typer.Option("--keep", help="Keep the terms in the run, as channels terms/elastic and so on.")
     ] = False,
-    json: Annotated[bool, typer.Option("--json", help="Print peaks and root mean squares as JSON.")] = False,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
+    as_json: Json = False,
+    force: Force = False,
 ) -> None:
     """Print and plot the terms of the equations of motion that drive each coordinate of a run.
 
@@ -71,7 +70,7 @@ def terms(
             start_time, end_time = (float(run.time[k]) if t is None else t for k, t in zip((0, -1), span, strict=True))
             explanation = explain(run, model, (start_time, end_time))
         coordinates = selected_coordinates(explanation, coordinate or [])
-        if json:
+        if as_json:
             print_term_json(run.without, explanation, coordinates)
         else:
             print_term_tables(run.without, explanation, coordinates)
@@ -85,13 +84,14 @@ def terms(
                 )
                 for k in coordinates
             ]
+            style: PlotOptions = {"theme": theme, "title": title, "force": force}
             terms_of_picture = visible.terms if whole else visible.parts
-            plot_terms(run, visible.time, terms_of_picture, coordinate_terms, output, theme, title, force=force)
-            if not json:
+            plot_terms(run, visible.time, terms_of_picture, coordinate_terms, output, **style)
+            if not as_json:
                 print(f"picture     {output}{span_text}")
         if lock is not None:
             keep_terms(file, explanation, lock)
-            if not json:
+            if not as_json:
                 print(f"kept        {file}: {', '.join('terms/' + name for name in explanation.terms)}")
 
 
@@ -129,20 +129,15 @@ def keep_terms(file: Path, explanation: Explanation, lock: FileLock) -> None:
 
 def print_term_tables(without: tuple[str, ...], explanation: Explanation, coordinates: list[int]) -> None:
     """Print peak and root mean square of every term on the coordinates."""
-    from femflex.cli.tables import print_table
-
     if without:
         print(f"without {', '.join(without)}")
+    heads = ["term", ("peak", ".4g"), ("rms", ".4g"), ("of largest", ".1%")]
     for k in coordinates:
-        print_table(
-            ("term", "peak", "rms", "of largest"),
-            term_rows(explanation, k),
-            f"{explanation.names[k]}, {explanation.units[k]}",
-        )
+        print_table(heads, term_rows(explanation, k), f"{explanation.names[k]}, {explanation.units[k]}")
     print(f"the terms sum to zero to {explanation.remainder:.1e} of the largest, over {len(explanation.time)} instants")
 
 
-def term_rows(explanation: Explanation, k: int) -> list[tuple[str, str, str, str]]:
+def term_rows(explanation: Explanation, k: int) -> list[tuple[str, float, float, float]]:
     """Rows of the table of coordinate k, largest first; the inertia is followed by its parts."""
     from femflex.studies.explain import ROUNDING
 
@@ -153,7 +148,7 @@ def term_rows(explanation: Explanation, k: int) -> list[tuple[str, str, str, str
     for name in sorted(explanation.terms, key=lambda name: -sizes[name][1]):
         order += [name, *(sorted(explanation.inertia, key=lambda piece: -sizes[piece][1]) if name == "inertia" else ())]
     return [
-        (f"  {name}" if name in explanation.inertia else name, f"{peak:.4g}", f"{rms:.4g}", f"{rms / largest:.1%}")
+        (f"  {name}" if name in explanation.inertia else name, peak, rms, rms / largest)
         for name in order
         for peak, rms in [sizes[name]]
         if rms > ROUNDING * scale
@@ -162,10 +157,11 @@ def term_rows(explanation: Explanation, k: int) -> list[tuple[str, str, str, str
 
 def print_term_json(without: tuple[str, ...], explanation: Explanation, coordinates: list[int]) -> None:
     """Print the terms on the coordinates as JSON."""
-    from femflex.cli.tables import print_json
-
-    summary: dict[str, Any] = {"without": list(without), "remainder": explanation.remainder, "coordinates": {}}
-    for k in coordinates:
-        sizes = {name: {"peak": peak, "rms": rms} for name, (peak, rms) in explanation.sizes(k).items()}
-        summary["coordinates"][explanation.names[k]] = {"unit": explanation.units[k], "terms": sizes}
-    print_json(summary)
+    by_name = {
+        explanation.names[k]: {
+            "unit": explanation.units[k],
+            "terms": {name: {"peak": peak, "rms": rms} for name, (peak, rms) in explanation.sizes(k).items()},
+        }
+        for k in coordinates
+    }
+    print_json({"without": without, "remainder": explanation.remainder, "coordinates": by_name})

@@ -16,10 +16,10 @@ import numpy as np
 from femflex.arrays import Array, IntArray
 from femflex.body import Skin
 from femflex.results import Run
-from femflex.view.deploying_skin import amplitudes_with_growth
+from femflex.rotations import dcm_from_quaternion
 from femflex.view.extent import automatic_scale, displacement, outer_skins, skins_of
-from femflex.view.motion import camera_axes, chosen_camera, dcms
-from femflex.view.segments import extended_skin, segmented_bodies, segmented_body_of
+from femflex.view.motion import camera_axes, chosen_camera
+from femflex.view.segments import amplitudes_with_growth, extended_skin, segmented_bodies, segmented_body_of
 from femflex.view.surface import Surface, surface_of
 
 SAMPLED = 300  # points of a body at which the error between instants is measured
@@ -58,7 +58,7 @@ class MovingBody:
     def points(self, k: int) -> Array:
         """Points (n_p, 3) of the skin at instant k, axes of the camera [m]."""
         local = self.skin.points + np.tensordot(self.weights[k], self.skin.shapes[self.kept], 1)
-        return self.position[k] + local @ dcms(self.quaternion[k : k + 1])[0].T
+        return self.position[k] + local @ dcm_from_quaternion(self.quaternion[k] / np.linalg.norm(self.quaternion[k])).T
 
     def error_between(self) -> float:
         """Estimate of the largest error of a point half way between two instants [m], from second differences."""

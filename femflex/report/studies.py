@@ -17,9 +17,9 @@ from femflex.writing import atomic_file
 if TYPE_CHECKING:
     from femflex.studies import Convergence, FunctionStudy, StrainStudy
     from femflex.studies.campbell import Campbell
+    from femflex.studies.stability import Chart
     from femflex.studies.stability.of_case import CaseStability
     from femflex.studies.sweep.sweep import Sweep
-    from femflex.view.stability import ChartData
 
 COLOURS = {-1: "#c9d0d8", 0: "#f0b9b2", 1: "#f4d9a8", 2: "#b5dcc3"}  # of the regions of a chart, by their kinds
 MOST_OUTPUTS = 6  # of a sweep that are plotted over its inputs
@@ -115,7 +115,7 @@ def write_stability_report(result: CaseStability, title: str, path: str | Path, 
     write_page(page, path, force)
 
 
-def _chart(chart: ChartData) -> dict[str, Any]:
+def _chart(chart: Chart) -> dict[str, Any]:
     """Regions over two values, and their traced boundaries."""
     names = [f"{name}{f' [{unit}]' if unit else ''}" for name, unit in zip(chart.names, chart.units, strict=True)]
     steps = np.repeat(np.linspace(0.0, 1.0, len(COLOURS) + 1), 2)[1:-1]

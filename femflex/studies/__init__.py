@@ -4,19 +4,23 @@ from __future__ import annotations
 
 from femflex.studies.backbone_curve import Backbone, BackboneError, backbone
 from femflex.studies.convergence import Convergence, assess_convergence, convergence
-from femflex.studies.decay import mode_trend
 from femflex.studies.function_kinds import FunctionKind, FunctionStudy, function_kinds
-from femflex.studies.law import Law, Trend
-from femflex.studies.recommendations import recommendation_text, recommended_level, with_recommended_level
-from femflex.studies.richardson import extrapolated, mesh_trend, observed_order
+from femflex.studies.series import (
+    Finding,
+    check_studies,
+    recommendation_text,
+    recommended_level,
+    with_recommended_level,
+)
 from femflex.studies.strain_forms import StrainForm, StrainStudy, strain_forms
 from femflex.studies.study import Point, Study, plan_study
-from femflex.studies.study_checks import check_studies
+from femflex.studies.trend import Law, Trend, extrapolated, mesh_trend, mode_trend, observed_order
 
 __all__ = [
     "Backbone",
     "BackboneError",
     "Convergence",
+    "Finding",
     "FunctionKind",
     "FunctionStudy",
     "Law",

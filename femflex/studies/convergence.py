@@ -12,10 +12,8 @@ import numpy as np
 
 from femflex.arrays import Array, IntArray
 from femflex.case import Case, read_case
-from femflex.studies.decay import mode_trend
-from femflex.studies.law import Law, Trend
-from femflex.studies.richardson import mesh_trend
 from femflex.studies.study import Over, Point, Progress, Study, plan_study, quantity_text
+from femflex.studies.trend import Law, Trend, mesh_trend, mode_trend
 from femflex.studies.verdict import law_text, verdict
 
 

@@ -8,6 +8,7 @@ from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from femflex.arrays import Array
 from femflex.dynamics.terms.by_source import INERTIA_OF, force_units, inertia_by_source, terms, velocity_slices
@@ -100,20 +101,17 @@ class Explanation:
         """
         splits = self.terms, self.inertia
         total, split = (sum(np.mean(np.abs(rows), axis=0) for rows in term_rows.values()) for term_rows in splits)
-        energy = sum(np.ptp(integral(self.time, rows * self.u), axis=0) for rows in self.terms.values())
+        energy = sum(
+            np.ptp(cumulative_trapezoid(rows * self.u, self.time, axis=0, initial=0.0), axis=0)
+            for rows in self.terms.values()
+        )
         return np.where(total > ROUNDING * split, energy, 0.0)  # parts of the inertia may cancel to nothing
-
-
-def integral(time: Array, values: Array) -> Array:
-    """Integral (n_t, n) [unit s] of values (n_t, n) from the first instant on, by the trapezoidal rule."""
-    steps = 0.5 * np.diff(time)[:, None] * (values[1:] + values[:-1])
-    return np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(steps, axis=0)])
 
 
 def readable_span(explanation: Explanation, coordinates: Sequence[int]) -> tuple[float, float]:
     """First and last time [s] of a picture in which the oscillations of the dominant coordinate are visible."""
     leader = max(coordinates, key=explanation.energies().__getitem__)
-    displacement = integral(explanation.time, explanation.u[:, [leader]])[:, 0]
+    displacement = cumulative_trapezoid(explanation.u[:, leader], explanation.time, initial=0.0)
     crossings = np.flatnonzero(np.diff(np.signbit(displacement - np.mean(displacement))))
     end = explanation.time[crossings[SWINGS]] if len(crossings) > 2 * SWINGS else explanation.time[-1]
     return float(explanation.time[0]), float(end)

@@ -72,31 +72,93 @@ def floquet(system: System, period: float, state: Array | None = None) -> Floque
             "Floquet multipliers are those of systems without loops, rolling and sampled controllers; open the loops, "
             "or leave the controllers out"
         )
-    model = compile_system(system)
-    x = model.x0 if state is None else np.asarray(state, float)
-    positions = departures(model)
-    names = tuple(name for _, name in positions)
-    sizes = departure_sizes(model, [position for position, _ in positions], period)
-    end = state_after_period(model, x, period)
-    gap = float(np.abs(departure(model, x, end, positions) / sizes).max(initial=0.0))
+    motions = _NearbyMotions(compile_system(system), period)
+    x = motions.model.x0 if state is None else np.asarray(state, float)
+    departures = np.abs(motions.departure(x, motions.state_after_period(x)))
+    gap = float(departures.max(initial=0.0))
     if gap > CLOSED:
-        worst = names[int(np.argmax(np.abs(departure(model, x, end, positions) / sizes)))]
         raise ValueError(
-            f"the motion is not periodic: after {period:.9g} s {worst} differs by {gap:.3g} of its usual size from its "
-            "start. Check the period, or start on the periodic motion"
+            f"the motion is not periodic: after {period:.9g} s {motions.names[int(np.argmax(departures))]} differs by "
+            f"{gap:.3g} of its usual size from its start. Check the period, or start on the periodic motion"
         )
-    Phi = monodromy(model, x, period, positions, sizes)
-    scaled = Phi / sizes[:, None] * sizes
-    steps = returning_departures(scaled)
-    R = np.hstack([np.zeros((len(sizes), 0)), *steps])
+    Phi = motions.monodromy(x)
+    steps = returning_departures(Phi)
+    R = np.hstack([np.zeros((len(Phi), 0)), *steps])
     S = np.linalg.qr(R, mode="complete")[0][:, R.shape[1] :]
-    other_multipliers = np.asarray(np.linalg.eigvals(S.T @ scaled @ S), complex)
-    values = np.concatenate([other_multipliers, np.ones(R.shape[1])])
-    distances_from_one = np.abs(np.linalg.eigvals(scaled) - 1.0)
+    values = np.concatenate([np.asarray(np.linalg.eigvals(S.T @ Phi @ S), complex), np.ones(R.shape[1])])
+    distances_from_one = np.abs(np.linalg.eigvals(Phi) - 1.0)
     split = float(np.sort(distances_from_one)[: R.shape[1]].max(initial=0.0))
-    trivial = _trivial_names(model, x, steps, [position for position, _ in positions], sizes)
+    trivial = _trivial_names(motions, x, steps)
     order = np.argsort(-np.abs(values), kind="stable")
-    return Floquet(values[order], Phi, names, period, x, gap, trivial, split)
+    sizes = motions.sizes
+    return Floquet(values[order], Phi * sizes[:, None] / sizes, motions.names, period, x, gap, trivial, split)
+
+
+def periodic_state(system: System, period: float, state: Array | None = None) -> Array:
+    """The state (n_x,) near a given one, by default the initial one, whose motion has a period [s], found by shooting.
+
+    Newton's method on the gap, in the least step where the motion may begin anywhere. Raises ValueError where it finds
+    none.
+    """
+    motions = _NearbyMotions(compile_system(system), period)
+    x = motions.model.x0 if state is None else np.asarray(state, float)
+    for _ in range(TRIES):
+        gap = motions.departure(x, motions.state_after_period(x))
+        if np.abs(gap).max(initial=0.0) <= SHOT:
+            return x
+        Phi = motions.monodromy(x)
+        x = motions.displaced(x, np.asarray(np.linalg.lstsq(np.eye(len(Phi)) - Phi, gap, rcond=FREE)[0]))
+    raise ValueError(
+        f"no motion of the period {period:.9g} s was found near the start; after {TRIES} steps of Newton's method "
+        f"{np.abs(gap).max():.3g} of the usual sizes is left. Begin nearer to it, or check the period"
+    )
+
+
+class _NearbyMotions:
+    """Motions over a period [s] that start near each other; departures (n,) are in usual sizes.
+
+    A departure is that of a free coordinate, of its rate or of a state of an effector. places: their positions among
+    all coordinates, rates and states;  names  and usual sizes (n,) [SI] of them: a rate moves its coordinate by its
+    usual size in a period.
+    """
+
+    def __init__(self, model: Model, period: float) -> None:
+        self.model, self.period = model, period
+        free, n = np.flatnonzero(~is_prescribed(model)), model.n_u
+        rates = np.array([name for name, _ in model.system.velocity_names()], object)[free]
+        states = effector_states(model)[0] - model.n_q - n
+        self.places = np.concatenate([free, n + free, 2 * n + states]).astype(np.int64)
+        coordinates = [name.removesuffix("_rate").replace(".omega_", ".turn_") for name in rates]
+        state_names = [name for name, _ in model.system.state_names()]
+        self.names = (*coordinates, *rates, *(state_names[k] for k in states))
+        sizes = usual_sizes(model)
+        self.sizes = np.concatenate([sizes, sizes / period, model.system.state_sizes()])[self.places]
+
+    def displaced(self, x: Array, by: Array) -> Array:
+        """The state (n_x,) [SI] with departures from x."""
+        full = np.zeros(2 * self.model.n_u + self.model.n_z)
+        full[self.places] = by * self.sizes
+        return displaced(self.model, x, *np.split(full, [self.model.n_u, 2 * self.model.n_u]))
+
+    def departure(self, x: Array, y: Array) -> Array:
+        """Departures of the state y from x [SI]; angles modulo 2 pi, quaternions of either sign."""
+        (q, u, z), (p, v, w) = self.model.parts(x), self.model.parts(y)
+        return np.concatenate([increment_between(self.model, q, p), v - u, w - z])[self.places] / self.sizes
+
+    def state_after_period(self, x: Array) -> Array:
+        """The state (n_x,) [SI] after a period."""
+        from femflex.integrate import Dop853
+
+        return np.asarray(Dop853(rtol=RTOL).solve(self.model, np.array([0.0, self.period]), x).states[-1])
+
+    def monodromy(self, x: Array) -> Array:
+        """Phi (n, n): departures after a period by those at the start x (n_x,) [SI]."""
+        columns = []
+        for step in STEP * np.eye(len(self.sizes)):
+            ends = (self.state_after_period(self.displaced(x, sign * step)) for sign in (1.0, -1.0))
+            forward, backward = (self.departure(x, end) for end in ends)
+            columns.append((forward - backward) / (2 * STEP))
+        return np.column_stack([np.zeros((len(self.sizes), 0)), *columns])
 
 
 def returning_departures(Phi: Array) -> list[Array]:
@@ -117,114 +179,33 @@ def returning_departures(Phi: Array) -> list[Array]:
     return steps
 
 
-def _trivial_names(model: Model, x: Array, steps: list[Array], positions: list[int], sizes: Array) -> tuple[str, ...]:
+def _trivial_names(motions: _NearbyMotions, x: Array, steps: list[Array]) -> tuple[str, ...]:
     """Names of the returning departures: of known symmetries, "neutral" for other unchanged ones, else "drift"."""
     if not steps:
         return ()
-    unchanged, names, R = steps[0], list[str](), np.zeros((len(sizes), 0))
-    for name, field in _symmetries(model, x, positions):
-        scaled = field / sizes
-        remainder = scaled - R @ (R.T @ scaled)
-        size = float(np.linalg.norm(scaled))
-        if (
-            size > 0
-            and np.linalg.norm(unchanged.T @ scaled) > ALIKE * size
-            and np.linalg.norm(remainder) > (1 - ALIKE) * size
-        ):
+    unchanged, names, R = steps[0], list[str](), np.zeros((len(motions.sizes), 0))
+    for name, departure in _symmetries(motions, x):
+        remainder, size = departure - R @ (R.T @ departure), float(np.linalg.norm(departure))
+        is_unchanged = size > 0 and np.linalg.norm(unchanged.T @ departure) > ALIKE * size
+        if is_unchanged and np.linalg.norm(remainder) > (1 - ALIKE) * size:
             names.append(name)
             R = np.column_stack([R, remainder / np.linalg.norm(remainder)])
     names += ["neutral"] * (unchanged.shape[1] - len(names))
     return tuple(names) + ("drift",) * sum(step.shape[1] for step in steps[1:])
 
 
-def _symmetries(model: Model, x: Array, positions: list[int]) -> list[tuple[str, Array]]:
-    """Departures (n,) [SI] that give the same motion later, or at another position or attitude of the base frame."""
+def _symmetries(motions: _NearbyMotions, x: Array) -> list[tuple[str, Array]]:
+    """Departures (n,) that give the same motion later, or at another position or attitude of the base frame."""
     from femflex.dynamics.linear.rigid_motions import MOTIONS, body_motions, rigid_fields
 
-    u = model.parts(x)[1]
-    rate = model.state_rate(0.0, x)
+    model = motions.model
     fields, is_free = rigid_fields(model, body_motions(model, x), np.eye(3))
     frame = model.system.frame
     spin = -frame.rate if frame.kind == "spinning" else np.zeros(3)
     turns = np.cross(spin, np.eye(3)).T  # a constant inertial vector moves in spinning axes
     rates = np.hstack([fields[:, :3] @ turns, fields[:, 3:] @ turns])
-    symmetries = []
-    for k, name in enumerate(MOTIONS):
-        if is_free[k]:
-            state = np.concatenate([fields[:, k], rates[:, k], np.zeros(model.n_z)])
-            symmetries.append((name, state[positions]))
-    symmetries.append(("phase", np.concatenate([u, rate[model.n_q :]])[positions]))
-    return symmetries
-
-
-def monodromy(model: Model, x: Array, period: float, positions: list[tuple[int, str]], sizes: Array) -> Array:
-    """Phi (n, n) [SI]: departures after a period by those at the start x (n_x,)."""
-    columns = []
-    for k, size in enumerate(sizes):
-        h = STEP * size * np.eye(len(sizes))[k]
-        ends = [state_after_period(model, displaced_by(model, x, sign * h, positions), period) for sign in (1.0, -1.0)]
-        end_departures = [departure(model, x, end, positions) for end in ends]
-        columns.append((end_departures[0] - end_departures[1]) / (2 * STEP * size))
-    return np.column_stack([np.zeros((len(sizes), 0)), *columns])
-
-
-def periodic_state(system: System, period: float, state: Array | None = None) -> Array:
-    """The state (n_x,) near a given one, by default the initial one, whose motion has a period [s], found by shooting.
-
-    Newton's method on the gap, in the least step where the motion may begin anywhere. Raises ValueError where it finds
-    none.
-    """
-    model = compile_system(system)
-    x = model.x0 if state is None else np.asarray(state, float)
-    positions = departures(model)
-    sizes = departure_sizes(model, [position for position, _ in positions], period)
-    for _ in range(TRIES):
-        gap = departure(model, x, state_after_period(model, x, period), positions)
-        if np.abs(gap / sizes).max(initial=0.0) <= SHOT:
-            return x
-        Phi = monodromy(model, x, period, positions, sizes) / sizes[:, None] * sizes
-        step = np.linalg.lstsq(np.eye(len(sizes)) - Phi, gap / sizes, rcond=FREE)[0]
-        x = displaced_by(model, x, step * sizes, positions)
-    raise ValueError(
-        f"no motion of the period {period:.9g} s was found near the start; after {TRIES} steps of Newton's method "
-        f"{np.abs(gap / sizes).max():.3g} of the usual sizes is left. Begin nearer to it, or check the period"
-    )
-
-
-def departures(model: Model) -> list[tuple[int, str]]:
-    """Position and name of every departure: free coordinates (from 0), their rates (from n_u), states (from 2 n_u)."""
-    free, n = np.flatnonzero(~is_prescribed(model)), model.n_u
-    rates = [name for name, _ in model.system.velocity_names()]
-    states = [name for name, _ in model.system.state_names()]
-    coordinates_and_rates = [(int(k), rates[k].removesuffix("_rate").replace(".omega_", ".turn_")) for k in free]
-    coordinates_and_rates += [(n + int(k), rates[k]) for k in free]
-    of_effectors = effector_states(model)[0] - model.n_q - n
-    return coordinates_and_rates + [(2 * n + int(k), states[k]) for k in of_effectors]
-
-
-def departure_sizes(model: Model, positions: list[int], period: float) -> Array:
-    """Usual sizes of the departures (n,) [SI]: a rate moves its coordinate by its usual size in a period."""
-    sizes = usual_sizes(model)
-    return np.concatenate([sizes, sizes / period, model.system.state_sizes()])[positions]
-
-
-def displaced_by(model: Model, x: Array, by: Array, positions: list[tuple[int, str]]) -> Array:
-    """The state (n_x,) [SI] with departures (n,) from x."""
-    full = np.zeros(2 * model.n_u + model.n_z)
-    full[[position for position, _ in positions]] = by
-    return displaced(model, x, *np.split(full, [model.n_u, 2 * model.n_u]))
-
-
-def departure(model: Model, x: Array, y: Array, positions: list[tuple[int, str]]) -> Array:
-    """Departures (n,) [SI] of the state y from x; angles modulo 2 pi, quaternions of either sign."""
-    (q, u, z), (p, v, w) = model.parts(x), model.parts(y)
-    increments = increment_between(model, q, p)
-    return np.concatenate([increments, v - u, w - z])[[position for position, _ in positions]]
-
-
-def state_after_period(model: Model, x: Array, period: float) -> Array:
-    """The state (n_x,) [SI] after a period."""
-    from femflex.integrate import Dop853
-
-    solution = Dop853(rtol=RTOL).solve(model, np.array([0.0, period]), x)
-    return np.asarray(solution.states[-1])
+    states: dict[str, tuple[Array, ...]] = {
+        name: (fields[:, k], rates[:, k], np.zeros(model.n_z)) for k, name in enumerate(MOTIONS) if is_free[k]
+    }
+    states["phase"] = model.parts(x)[1], model.state_rate(0.0, x)[model.n_q :]
+    return [(name, np.concatenate(parts)[motions.places] / motions.sizes) for name, parts in states.items()]

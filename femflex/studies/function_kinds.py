@@ -17,8 +17,7 @@ from femflex.case.body import AnalyticTable, BodyTable
 from femflex.case.deploying import DeployingTable
 from femflex.integrate import IntegrationError
 from femflex.studies.convergence import Convergence, assess_convergence
-from femflex.studies.level_tables import with_level
-from femflex.studies.levels import varied_names
+from femflex.studies.levels import varied_names, with_level
 from femflex.studies.study import Point, Progress, plan_study, quantity_text, require_study
 from femflex.warning import PhysicsWarning
 
@@ -128,42 +127,34 @@ class FunctionStudy:
     @cached_property
     def verdict(self) -> str:
         """The conclusions, in sentences."""
-        best, sentences = self.reference, []
-        for function_kind in self.kinds:
-            if function_kind.study is None:
-                sentences.append(f"{function_kind.kind.capitalize()} functions have no value: {function_kind.problem}.")
+        best = self.reference
+        failed = [each for each in self.kinds if each.study is None]
+        sentences = [f"{each.kind.capitalize()} functions have no value: {each.problem}." for each in failed]
         if best is None:
             return " ".join([*sentences, "Nothing can be compared."])
         for kind, study in self.with_values:
-            level, last_text = self.enough(study), f"{self.differences(study)[-1]:.2g}"
+            level, enough = self.enough(study), "suffice"
             if level is None:
-                sentences.append(f"{kind.capitalize()}: {study.levels[-1]} per field are too few ({last_text} off).")
-            else:
-                difference = self.differences(study)[study.levels == level][0]
-                sentences.append(f"{kind.capitalize()}: {level} per field suffice ({difference:.2g} off).")
+                level, enough = int(study.levels[-1]), "are too few"
+            off = self.differences(study)[study.levels == level][0]
+            sentences.append(f"{kind.capitalize()}: {level} per field {enough} ({off:.2g} off).")
         sentences.append(f"Differences are from {best[0]} with {best[1].levels[-1]} per field, relative.")
         if self.choice is None:
-            return " ".join(
-                [*sentences, f"No type settles within the tolerance {self.tolerance:g}; try more functions."]
-            )
-        return " ".join([*sentences, f"Choose {self.choice[0]}, {self.choice[1]} per field."])
+            sentences.append(f"No type settles within the tolerance {self.tolerance:g}; try more functions.")
+        else:
+            sentences.append(f"Choose {self.choice[0]}, {self.choice[1]} per field.")
+        return " ".join(sentences)
 
     def to_dict(self) -> dict[str, Any]:
         """Everything in plain numbers, lists and text."""
-        kinds = [
-            {"kind": function_kind.kind, "problem": function_kind.problem, "seconds": function_kind.seconds}
-            | (
-                {}
-                if function_kind.study is None
-                else {"study": function_kind.study.to_dict(), "enough": self._enough_of(function_kind.study)}
-            )
-            for function_kind in self.kinds
-        ]
+        kinds = []
+        for each in self.kinds:
+            kinds.append({"kind": each.kind, "problem": each.problem, "seconds": each.seconds})
+            if each.study is not None:
+                enough = None if self.reference is None else self.enough(each.study)
+                kinds[-1] |= {"study": each.study.to_dict(), "enough": enough}
         summary = {key: getattr(self, key) for key in ("unit", "over", "tolerance", "recommended", "verdict")}
         return {"quantity": self.title, **summary, "own": dict(self.case_kinds), "kinds": kinds}
-
-    def _enough_of(self, study: Convergence) -> int | None:
-        return None if self.reference is None else self.enough(study)
 
 
 def function_kinds(
@@ -179,7 +170,7 @@ def function_kinds(
     Raises ValueError when the case has no [study] or no body with functions.
     """
     table = require_study(case)
-    names = function_names(case)
+    names = varied_names(case, "functions")
     counts = sorted(set(levels or table.modes or LEVELS))
     kinds = kinds_of(case, names)
     results = []
@@ -188,15 +179,6 @@ def function_kinds(
         results.append(_kind(with_function_kind(case, names, kind), kind, counts, tolerance, partial_progress))
     case_kinds = {name: _case_kind_text(case.bodies[name]) for name in names}
     return FunctionStudy(quantity_text(table.quantity), tolerance or table.tolerance, tuple(results), case_kinds)
-
-
-def function_names(case: Case) -> list[str]:
-    """Names of the bodies that a study over functions varies. Raises ValueError when there is none."""
-    return varied_names(case, _has_functions, "functions to vary")
-
-
-def _has_functions(table: BodyTable) -> bool:
-    return isinstance(table, AnalyticTable | DeployingTable) and table.functions is not None
 
 
 def kinds_of(case: Case, names: Sequence[str]) -> list[str]:
@@ -225,12 +207,10 @@ def with_function_kind(case: Case, names: Sequence[str], kind: str, level: int |
     """The case with that type of functions in these bodies, and `level` of them a field where it is given."""
     bodies: dict[str, Any] = dict(case.bodies)
     for name in names:
-        table = bodies[name]
-        assert isinstance(table, AnalyticTable | DeployingTable) and table.functions is not None
-        functions = table.functions.model_copy(update=_kind_updates(table)[kind])
-        changed = table.model_copy(update={"functions": functions})
-        bodies[name] = changed if level is None else with_level(changed, "modes", level)
-    return case.model_copy(update={"bodies": bodies})
+        functions = bodies[name].functions.model_copy(update=_kind_updates(bodies[name])[kind])
+        bodies[name] = bodies[name].model_copy(update={"functions": functions})
+    changed = case.model_copy(update={"bodies": bodies})
+    return changed if level is None else with_level(changed, names, "functions", level)
 
 
 def _case_kind_text(table: BodyTable) -> str:

@@ -8,24 +8,18 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from typing import Any, get_args
+from typing import Any
 
 from femflex.assembly import build_part
 from femflex.case import Case, CaseError
-from femflex.case.body import AnalyticTable, BodyTable, FlexibleTable, Strain
-from femflex.case.reduction import Stretchable
+from femflex.case.body import Strain
 from femflex.integrate import IntegrationError
 from femflex.pipeline.case_bodies import with_own_strain
-from femflex.studies.levels import LevelBodies, LevelSet, varied_names
+from femflex.studies.levels import LevelBodies, LevelSet, varied_names, with_level
 from femflex.studies.study import Progress, Study, quantity_text, require_study
-from femflex.system import Segments
 from femflex.warning import PhysicsWarning
 
-FORMS: tuple[Strain, ...] = (
-    "linear",
-    "condensed",
-    "nonlinear",
-)  # each is valid for larger deflections than the one before
+FORMS: tuple[Strain, ...] = ("linear", "condensed", "nonlinear")  # each holds for larger deflections than the last
 
 
 @dataclass(frozen=True)
@@ -115,48 +109,14 @@ def strain_forms(case: Case, tolerance: float | None = None, progress: Progress 
     """
     table = require_study(case)
     case = with_own_strain(case)
-    names = strain_names(case)
+    names = varied_names(case, "strain")
     forms = []
     for k, strain in enumerate(FORMS):
         if progress is not None:
             progress(k / len(FORMS))
-        forms.append(_form(with_strain_form(case, names, strain), names, strain))
+        forms.append(_form(with_level(case, names, "strain", strain), names, strain))
     own = {name: case.bodies[name].strain or "not set" for name in names}  # type: ignore[union-attr]
     return StrainStudy(quantity_text(table.quantity), tolerance or table.tolerance, tuple(forms), own)
-
-
-def has_strain(table: BodyTable) -> bool:
-    """Whether a body has a choice of strain."""
-    if isinstance(table, AnalyticTable):
-        return bool(table.functions.y or table.functions.z)
-    return isinstance(table, FlexibleTable) and (
-        table.segmented_member is not None or isinstance(table.reduction, Stretchable)
-    )
-
-
-def strain_names(case: Case) -> list[str]:
-    """Names of the bodies a study over strain varies. Raises ValueError when there is none."""
-    return varied_names(case, has_strain, "form of strain to choose")
-
-
-def with_strain_form(case: Case, names: Sequence[str], strain: Strain) -> Case:
-    """The case with that form of strain in these bodies: derivatives as they are or "auto", none with linear strain."""
-    assert strain in get_args(Strain)
-    bodies = dict(case.bodies)
-    for name in names:
-        table = bodies[name]
-        update: dict[str, Any] = {"strain": strain}
-        reduction = getattr(table, "reduction", None)
-        if isinstance(reduction, Stretchable):
-            derivatives = None if reduction.derivatives in (None, "none", 0) else reduction.derivatives
-            reduction_update = (
-                {"derivatives": "none", "deflection": None}
-                if strain == "linear"
-                else {"derivatives": derivatives or "auto"}
-            )
-            update["reduction"] = reduction.model_copy(update=reduction_update)
-        bodies[name] = table.model_copy(update=update)
-    return case.model_copy(update={"bodies": bodies})
 
 
 def _form(case: Case, names: Sequence[str], strain: Strain) -> StrainForm:
@@ -165,10 +125,8 @@ def _form(case: Case, names: Sequence[str], strain: Strain) -> StrainForm:
         level_bodies = LevelBodies({name: build_part(case, name) for name in names}, 0)
     except CaseError as error:
         return StrainForm(strain, 0, 0, 0, problem=error.problems[0].text)
-    pieces = [
-        p for part in level_bodies.bodies.values() for p in (part.bodies if isinstance(part, Segments) else (part,))
-    ]
-    counts = (sum(body.n_modes for body in pieces), level_bodies.derivatives, level_bodies.followers)
+    coordinates = sum(body.n_modes for body in level_bodies.parts)
+    counts = coordinates, level_bodies.derivatives, level_bodies.followers
     study = Study(case, "modes", LevelSet(tuple(names), (), None))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)  # large deflections with linear strain are intended here

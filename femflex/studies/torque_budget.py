@@ -115,17 +115,16 @@ def torque_budget(model: Model, times: Array, states: Array, channels: Mapping[s
     def source(name: str, parts: Sequence[str]) -> SourceBudget:
         bent, flat = (np.sum([rows_of[part] for part in parts], axis=0, dtype=float) for rows_of in (deformed, rigid))
         force = root.force(bent)
-        moment, flat_moment = (
-            np.einsum("tji,tj->ti", attitude, np.cross(arm, along)) for along in (force, root.force(flat))
-        )
+        arms = (np.cross(arm, along) for along in (force, root.force(flat)))
+        moment, flat_moment = (np.einsum("tji,tj->ti", attitude, each) for each in arms)
         if root.moving is None:  # a specified orbit takes the force, which the run reports
             at_markers = [channels[f"{part}/force"][rows] for part in parts if f"{part}/force" in channels]
             force = sum((each.reshape(len(times), -1, 3).sum(axis=1) for each in at_markers), force)
         torque = root.torque(bent) - moment
         change = torque - (root.torque(flat) - flat_moment)
-        return SourceBudget(
-            name, times, torque, force, _momentum(times, attitude, torque), float(np.linalg.norm(change, axis=1).max())
-        )
+        inertial = np.einsum("tij,tj->ti", attitude, torque)
+        momentum = np.asarray(cumulative_trapezoid(inertial, times, axis=0, initial=0))
+        return SourceBudget(name, times, torque, force, momentum, float(np.linalg.norm(change, axis=1).max()))
 
     sources = [source(name, [name]) for name in names]
     sources += [source(f"sum of {kind}", parts) for kind, parts in _of_one_kind(system, names).items()]
@@ -219,8 +218,3 @@ class _Root:
     def force(self, rows: Array) -> Array:
         """Force (n_t, 3) along the translations of the root, axes of the base frame."""
         return np.zeros((len(rows), 3)) if self.moving is None else -rows[:, self.moving]
-
-
-def _momentum(times: Array, attitude: Array, torque: Array) -> Array:
-    inertial = np.einsum("tij,tj->ti", attitude, torque)
-    return np.asarray(cumulative_trapezoid(inertial, times, axis=0, initial=0))

@@ -103,37 +103,19 @@ def add_ghost(plotter: Any, surface: Surface, theme: Theme, pixel: float) -> lis
     return actors
 
 
-class TraceActor:
-    """The path of a marker up to an instant."""
+class LineActor:
+    """A line through points that move: the path of a marker, or a line of sight."""
 
-    def __init__(self, plotter: Any, path: Array, theme: Theme, pixel: float) -> None:
+    def __init__(self, plotter: Any, count: int, theme: Theme, width: float) -> None:
+        """count: number of points;  width [pixels]."""
         import pyvista as pv
 
-        self._path = path.astype(np.float32)
-        self._data: Any = pv.PolyData(self._path.copy(), lines=_vtk_cells(np.arange(len(path))[None, :]))
-        plotter.add_mesh(self._data, color=theme.trace, line_width=2.0 * pixel, lighting=False, reset_camera=False)
+        self._data: Any = pv.PolyData(np.zeros((count, 3), np.float32), lines=_vtk_cells(np.arange(count)[None, :]))
+        plotter.add_mesh(self._data, color=theme.trace, line_width=width, lighting=False, reset_camera=False)
 
-    def show(self, k: int, position: Array) -> None:
-        """Draw points 0 to k - 1 and the present position (3,) [m]."""
-        is_past = np.arange(len(self._path))[:, None] < k
-        self._data.points[:] = np.where(is_past, self._path, position.astype(np.float32))
-        self._data.GetPoints().Modified()
-        self._data.Modified()
-
-
-class SightActor:
-    """A line of sight, drawn as a short line towards its target."""
-
-    def __init__(self, plotter: Any, length: float, theme: Theme, pixel: float) -> None:
-        import pyvista as pv
-
-        self._length = length
-        self._data: Any = pv.PolyData(np.zeros((2, 3), np.float32), lines=_vtk_cells(np.array([[0, 1]])))
-        plotter.add_mesh(self._data, color=theme.trace, line_width=2.5 * pixel, lighting=False, reset_camera=False)
-
-    def show(self, start: Array, direction: Array) -> None:
-        """Draw it from a position (3,) [m] along a direction (3,)."""
-        self._data.points[:] = np.stack([start, start + self._length * direction])
+    def show(self, points: Array) -> None:
+        """Draw it through points (count, 3) [m]."""
+        self._data.points[:] = points
         self._data.GetPoints().Modified()
         self._data.Modified()
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
 from femflex.arrays import Array, ComplexArray
-from femflex.view.convergence import check_kind
-from femflex.view.plot import figure_of, finish, save_figure
-from femflex.view.theme import Theme, theme_of
+from femflex.view.plot import PlotOptions, Sheet, finish
+from femflex.view.theme import Theme
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,59 +22,38 @@ VISIBLE = 1e-9  # of the largest on the same axes: a smaller response is not dra
 
 
 def plot_bode(
-    omega: Array,
-    responses: Mapping[str, ComplexArray],
-    path: str | Path,
-    theme: str = "light",
-    title: str = "Frequency response",
-    dpi: int = 150,
-    force: bool = False,
+    omega: Array, responses: Mapping[str, ComplexArray], path: str | Path, **options: Unpack[PlotOptions]
 ) -> Path:
     """Path of a picture (.png or .svg) of gain and phase of responses (n,), by their label, over omega (n,) [rad/s].
 
     The phase is continued beyond half a turn. Raises ValueError when there is nothing to draw.
     """
-    check_kind(path)
-    colours, curves = theme_of(theme), nonzero_responses(responses)
-    figure, axes = figure_of(2, title, colours, sharex=True)
-    figure.set_size_inches(9.0, 6.5)
+    curves, sheet = nonzero_responses(responses), Sheet(path, "Frequency response", **options)
+    axes, colours = sheet.rows(2, size=(9.0, 6.5)), sheet.colours
     for k, (label, response) in enumerate(curves.items()):
         style = _style(k, label, colours)
         axes[0].loglog(omega / (2 * np.pi), np.maximum(np.abs(response), 1e-300), **style)
         axes[1].semilogx(omega / (2 * np.pi), phase(response), **style)
-    axes[0].set_ylabel("gain, outputs' units per inputs' units")
+    axes[0].set(ylabel="gain, outputs' units per inputs' units", xmargin=0)
+    axes[1].set(ylabel="phase [deg]", xlabel="frequency [Hz]", xmargin=0)
     _finish_axes(axes[0], list(curves), colours, [])
     _finish_axes(axes[1], [], colours, list(curves.values()))
-    axes[1].set_ylabel("phase [deg]")
-    axes[1].set_xlabel("frequency [Hz]")
-    for ax in axes:
-        ax.margins(x=0)
-    return save_figure(figure, path, dpi, force)
+    return sheet.save()
 
 
-def plot_nichols(
-    responses: Mapping[str, ComplexArray],
-    path: str | Path,
-    theme: str = "light",
-    title: str = "Nichols chart",
-    dpi: int = 150,
-    force: bool = False,
-) -> Path:
+def plot_nichols(responses: Mapping[str, ComplexArray], path: str | Path, **options: Unpack[PlotOptions]) -> Path:
     """Path of a picture (.png or .svg) of gain [dB] over phase [deg] of responses (n,), by their label.
 
     The point -180 deg, 0 dB is ringed: a loop that passes it on the left is unstable.
     """
-    check_kind(path)
-    colours, curves = theme_of(theme), nonzero_responses(responses)
-    figure, (ax,) = figure_of(1, title, colours, sharex=False)
-    figure.set_size_inches(8.0, 6.0)
+    curves, sheet = nonzero_responses(responses), Sheet(path, "Nichols chart", **options)
+    (ax,), colours = sheet.rows(1, size=(8.0, 6.0)), sheet.colours
     for k, (label, response) in enumerate(curves.items()):
         ax.plot(phase(response), 20 * np.log10(np.maximum(np.abs(response), 1e-300)), **_style(k, label, colours))
     ax.plot(-180.0, 0.0, "o", markerfacecolor="none", markeredgecolor=colours.trace, markersize=9)
-    ax.set_xlabel("phase [deg]")
-    ax.set_ylabel("gain [dB]")
+    ax.set(xlabel="phase [deg]", ylabel="gain [dB]")
     _finish_axes(ax, list(curves), colours, [])
-    return save_figure(figure, path, dpi, force)
+    return sheet.save()
 
 
 def nonzero_responses(responses: Mapping[str, ComplexArray]) -> dict[str, ComplexArray]:

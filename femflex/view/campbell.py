@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.view.campbell_data import BranchData, CampbellData
-from femflex.view.convergence import check_kind
-from femflex.view.plot import finish, save_figure, with_superscripts
-from femflex.view.theme import Theme, theme_of
+from femflex.view.plot import PlotOptions, Sheet, finish, labelled
+from femflex.view.theme import Theme
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,25 +28,19 @@ WORDS = ("flap", "lag", "torsion", "stretch", "chordwise")  # in the order of th
 
 
 def plot_campbell(
-    diagram: CampbellData,
-    path: str | Path,
-    theme: str = "light",
-    scale: float = 1.0,
-    unit: str = "rad/s",
-    title: str | None = None,
-    dpi: int = 150,
-    force: bool = False,
+    diagram: Any, path: str | Path, scale: float = 1.0, unit: str = "rad/s", **options: Unpack[PlotOptions]
 ) -> Path:
-    """Path of a picture (.png or .svg) of a Campbell diagram, speeds in a unit that is `scale` rad/s, values as they
-    are.
+    """Path of a picture (.png or .svg) of a diagram (femflex.studies.campbell.Campbell).
+
+    Speeds are in a unit that is `scale` rad/s, values as they are.
 
     Crossings with multiples of the spin are marked by rings; growing branches are wide and red. Damping ratios are
     drawn below, if there are any.
     """
-    check_kind(path)
-    colours = theme_of(theme)
+    sheet = Sheet(path, diagram.title or "Campbell diagram", **options)
+    colours = sheet.colours
     damped = any(np.nanmax(np.abs(b.damping_ratios), initial=0.0) > PRINTED for b in diagram.branches)
-    figure = colours.figure(WIDTH, HEIGHT + LOWER * damped, title or diagram.title or "Campbell diagram")
+    figure = sheet.figure(WIDTH, HEIGHT + LOWER * damped)
     ratios = (HEIGHT, LOWER) if damped else (1,)
     axes = figure.subplots(len(ratios), 1, sharex=True, squeeze=False, height_ratios=ratios)[:, 0]
     _frequencies(axes[0], diagram, colours, scale)
@@ -57,13 +49,12 @@ def plot_campbell(
         _damping(axes[1], diagram, colours, scale)
     for ax in axes:
         finish(ax, (), colours)
-    unit_text = f" [{with_superscripts(unit)}]" if unit else ""
-    axes[-1].set_xlabel((diagram.value or "speed of spin") + unit_text)
+    axes[-1].set_xlabel(labelled(diagram.value or "speed of spin", unit))
     axes[0].set_xlim(diagram.speeds[0] / scale, diagram.speeds[-1] / scale)
-    return save_figure(figure, path, dpi, force)
+    return sheet.save()
 
 
-def _frequencies(ax: Axes, diagram: CampbellData, colours: Theme, scale: float) -> None:
+def _frequencies(ax: Axes, diagram: Any, colours: Theme, scale: float) -> None:
     """Draw branches with their names, multiples of the spin, and their crossings."""
     top = 1.06 * max(float(np.nanmax(b.frequencies)) for b in diagram.branches) or 1.0
     ax.set_ylim(0, top)
@@ -72,14 +63,8 @@ def _frequencies(ax: Axes, diagram: CampbellData, colours: Theme, scale: float) 
     for branch in diagram.branches:
         speeds, frequencies, style = diagram.speeds / scale, branch.frequencies, _style(branch, colours)
         ax.plot(*((speeds, frequencies) if diagram.value else _interpolated(speeds, frequencies)), zorder=3, **style)
-        ax.plot(
-            speeds[diagram.requested],
-            frequencies[diagram.requested],
-            ".",
-            color=style["color"],
-            markersize=3.5,
-            zorder=3,
-        )
+        dots: dict[str, Any] = {"color": style["color"], "markersize": 3.5, "zorder": 3}
+        ax.plot(speeds[diagram.requested], frequencies[diagram.requested], ".", **dots)
         ax.plot(speeds, np.where(branch.growing, frequencies, np.nan), color=colours.trace, linewidth=5, alpha=0.6)
         if np.isfinite(frequencies[-1]):
             text = f"{branch.name} → {branch.final_character}" if branch.final_character else branch.name
@@ -88,12 +73,11 @@ def _frequencies(ax: Axes, diagram: CampbellData, colours: Theme, scale: float) 
     _crossings(ax, diagram, colours, scale, top)
 
 
-def _crossings(ax: Axes, diagram: CampbellData, colours: Theme, scale: float, top: float) -> None:
+def _crossings(ax: Axes, diagram: Any, colours: Theme, scale: float, top: float) -> None:
     """Draw a ring at each crossing, with its speed on the side with the fewest lines, where there is space."""
     start, end = (float(v) / scale for v in (diagram.speeds[0], diagram.speeds[-1]))
-    positions = np.array([[crossing.speed / scale, crossing.frequency] for crossing in diagram.crossings]).reshape(
-        -1, 2
-    )
+    met = [[crossing.speed / scale, crossing.frequency] for crossing in diagram.crossings]
+    positions = np.array(met).reshape(-1, 2)
     points = 72 * FRAME * np.array([WIDTH / (end - start), HEIGHT / top])  # per unit of the axes
     lines = (np.concatenate(_curve_points(diagram, scale, start, end)) - [start, 0.0]) * points
     rings = (positions - [start, 0.0]) * points
@@ -110,7 +94,7 @@ def _crossings(ax: Axes, diagram: CampbellData, colours: Theme, scale: float, to
             ax.annotate(text, (crossing_point[0], crossing_point[1]), side, zorder=5, **style)
 
 
-def _curve_points(diagram: CampbellData, scale: float, start: float, end: float) -> list[Array]:
+def _curve_points(diagram: Any, scale: float, start: float, end: float) -> list[Array]:
     """(n, 2) points along each branch and each multiple of the spin: speed and frequency as drawn."""
     x = np.linspace(start, end, 400)
     curves = [np.interp(x, diagram.speeds / scale, branch.frequencies) for branch in diagram.branches]
@@ -134,7 +118,7 @@ def _clearest_offset(ring_position: Array, text: str, lines: Array) -> tuple[tup
     return best, middles[best] + cover * half
 
 
-def _orders(ax: Axes, diagram: CampbellData, colours: Theme, scale: float, top: float) -> None:
+def _orders(ax: Axes, diagram: Any, colours: Theme, scale: float, top: float) -> None:
     """Draw the multiples of the spin as thin lines, each labelled where it leaves the axes."""
     start, end = (float(v) / scale for v in (diagram.speeds[0], diagram.speeds[-1]))
     for order in diagram.orders:
@@ -160,18 +144,15 @@ def _names(ax: Axes, ends: list[tuple[float, str, str]], top: float) -> None:
         changed = False
         for k in range(len(heights) - 1):
             if (overlap := APART - (heights[k + 1] - heights[k])) > 1e-9:
-                heights[k], heights[k + 1], changed = (
-                    max(heights[k] - overlap / 2, 0.0),
-                    heights[k + 1] + overlap / 2,
-                    True,
-                )
+                heights[k], changed = max(heights[k] - overlap / 2, 0.0), True
+                heights[k + 1] += overlap / 2
         if not changed:
             break
     for label_height, (_, name, colour) in zip(heights, ends, strict=True):
         ax.text(1.012, label_height, name, transform=ax.transAxes, va="center", fontsize=9, color=colour)
 
 
-def _damping(ax: Axes, diagram: CampbellData, colours: Theme, scale: float) -> None:
+def _damping(ax: Axes, diagram: Any, colours: Theme, scale: float) -> None:
     """Damping ratios of the branches."""
     for branch in diagram.branches:
         ax.plot(diagram.speeds / scale, 100 * branch.damping_ratios, **_style(branch, colours))
@@ -179,7 +160,7 @@ def _damping(ax: Axes, diagram: CampbellData, colours: Theme, scale: float) -> N
     ax.set_ylabel("damping [% of critical]")
 
 
-def _style(branch: BranchData, colours: Theme) -> dict[str, Any]:
+def _style(branch: Any, colours: Theme) -> dict[str, Any]:
     """Colour by the kind of motion."""
     word = branch.name.partition(" ")[0]
     kind = WORDS.index(word) if word in WORDS else len(WORDS)

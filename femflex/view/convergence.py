@@ -1,72 +1,70 @@
-"""Picture of a convergence study: values towards their limit, and decreasing errors, as PNG or SVG."""
+"""Pictures of studies over levels, forms of strain and functions: values above, errors or costs below, side by side."""
 
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
 from femflex.arrays import Array, IntArray
-from femflex.extras import require
-from femflex.view.drawing import Drawing
-from femflex.view.study_data import StudyData
-from femflex.view.theme import Theme, theme_of
-from femflex.writing import atomic_file
+from femflex.view.plot import PlotOptions, Sheet, finish, labelled
+from femflex.view.theme import Theme
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
 VARIED = {"mesh": "finer meshes", "derivatives": "derivative shapes"}  # otherwise the word of the study
-SIZE = (9.0, 7.2)  # inches
-WIDTH = 126  # letters of a line of the verdict
+WIDE, COLUMN, HEIGHT = 9.0, 5.2, 7.2  # inches: width of a single study, of a column of several, height
+LETTERS = 14.2  # of a line of text, in an inch
+STRAIN, FUNCTIONS = "strain", "functions"
+LEAST = 1e-12  # relative difference below which it is rounding and is not drawn
 
 
-def plot_convergence(
-    study: StudyData,
-    path: str | Path,
-    theme: str = "light",
-    title: str | None = None,
-    dpi: int = 150,
-    force: bool = False,
-) -> Path:
-    """Path of a picture (.png or .svg): values over the count above, relative errors with their law below."""
-    check_kind(path)
-    colours = theme_of(theme)
-    heading = title or f"{study.title[0].upper()}{study.title[1:]} over {VARIED.get(study.over, study.over)}"
-    figure = colours.figure(*SIZE, heading)
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 3))
-    draw_study(above, below, study, colours)
-    for ax in (above, below):
-        finish_study_axes(ax, colours)
-    words = "\n".join(textwrap.wrap(study.verdict, WIDTH))
-    figure.supxlabel(words, color=colours.text, fontsize=8.5, ha="left", x=0.02, linespacing=1.4)
-    with atomic_file(path, force) as draft:
-        figure.savefig(draft, format=Path(path).suffix.lower().lstrip("."), dpi=dpi)
-    return Drawing(path)
+def plot_studies(studies: Sequence[Any], path: str | Path, words: str = "", **options: Unpack[PlotOptions]) -> Path:
+    """Path of a picture (.png or .svg) with a column for each study: values above, errors or costs below.
+
+    studies are of `femflex.studies` (Convergence, StrainStudy, FunctionStudy); words are set below several, and the
+    verdict below a single one.
+    """
+    single = len(studies) == 1 and studies[0].over not in (STRAIN, FUNCTIONS)
+    heading = f"{studies[0].title[0].upper()}{studies[0].title[1:]}"
+    if single:
+        heading += f" over {VARIED.get(studies[0].over, studies[0].over)}"
+    sheet, width = Sheet(path, heading, **options), WIDE if single else max(COLUMN * len(studies), 7.0)
+    figure, colours = sheet.figure(width, HEIGHT), sheet.colours
+    axes = figure.subplots(2, len(studies), height_ratios=(2, 3), squeeze=False, sharex="col")
+    draw = {STRAIN: _draw_strain_forms, FUNCTIONS: _draw_function_kinds}
+    for (above, below), study in zip(axes.T, studies, strict=True):
+        draw.get(study.over, _draw_levels)(above, below, study, colours)
+        if not single:
+            above.set_title(f"over {VARIED.get(study.over, study.over)}", color=colours.text, fontsize=10)
+        for ax in (above, below):
+            finish(ax, ax.get_legend_handles_labels()[0], colours, inside=not single)
+        if study.over == STRAIN:
+            below.tick_params(axis="x", labelsize=8)
+    text = words if len(studies) > 1 else studies[0].verdict
+    wrapped = "\n".join(textwrap.wrap(text, int(LETTERS * width)))
+    figure.supxlabel(wrapped, color=colours.text, fontsize=8.5, ha="left", x=0.02, linespacing=1.4)
+    return sheet.save()
 
 
-def check_kind(path: str | Path) -> None:
-    """Raise ValueError when the suffix is neither .png nor .svg, and MissingExtra where no plot can be drawn."""
-    require("view", "plots")
-    if Path(path).suffix.lower() not in (".png", ".svg"):
-        raise ValueError(f"a plot is written as .png or .svg; {Path(path).name} is neither")
+def abscissa(study: Any) -> IntArray:
+    """The counts of coordinates (n,), or the levels where a level adds no coordinate to that before."""
+    counts: IntArray = study.counts if np.all(np.diff(study.counts) > 0) else study.levels
+    return counts
 
 
-def draw_study(above: Axes, below: Axes, study: StudyData, colours: Theme) -> None:
-    """Values into the upper axes, errors into the lower ones."""
+def _draw_levels(above: Axes, below: Axes, study: Any, colours: Theme) -> None:
+    """Values over the count with limit and tolerance; relative errors with their law below."""
     _values(above, study, colours)
     _errors(below, study, colours)
 
 
-def abscissa(study: StudyData) -> IntArray:
-    """The counts of coordinates (n,), or the levels where a level adds no coordinate to that before."""
-    return study.counts if np.all(np.diff(study.counts) > 0) else study.levels
-
-
-def _values(ax: Axes, study: StudyData, colours: Theme) -> None:
+def _values(ax: Axes, study: Any, colours: Theme) -> None:
     """Values over the count, the limit, and the band of the tolerance about it."""
     ax.set_xscale("log" if abscissa(study).min() > 0 else "linear")
     if np.isfinite(study.estimate):
@@ -74,24 +72,18 @@ def _values(ax: Axes, study: StudyData, colours: Theme) -> None:
         ax.axhspan(study.estimate - band, study.estimate + band, color=colours.lines[2], alpha=0.15, linewidth=0)
         ax.axhline(study.estimate, color=colours.lines[2], linewidth=1.2, label="limit")
         ax.fill_between([], [], color=colours.lines[2], alpha=0.15, label=f"tolerance {study.tolerance:g}")
-        _frame(ax, study, band)
+        low, high = min(float(study.values.min()), study.estimate), max(float(study.values.max()), study.estimate)
+        if band < 3 * (high - low) or high == low:  # the tolerance is not much wider than the values
+            low, high = min(low, study.estimate - band), max(high, study.estimate + band)
+        margin = 0.08 * (high - low) or abs(high) or 1.0
+        ax.set_ylim(low - margin, high + margin)
     ax.plot(abscissa(study), study.values, "o-", color=colours.lines[0], linewidth=1.2, markersize=5, label="value")
     _mark_recommended(ax, study, study.values, colours)
     ax.ticklabel_format(axis="y", useOffset=True, useMathText=True, scilimits=(-3, 4))
-    ax.set_ylabel(f"value [{study.unit}]" if study.unit not in ("", "1") else "value")
+    ax.set_ylabel(labelled("value", study.unit))
 
 
-def _frame(ax: Axes, study: StudyData, band: float) -> None:
-    """Limits about the values, and about the tolerance where it is not much wider."""
-    low, high = float(study.values.min()), float(study.values.max())
-    low, high = min(low, study.estimate), max(high, study.estimate)
-    if band < 3 * (high - low) or high == low:
-        low, high = min(low, study.estimate - band), max(high, study.estimate + band)
-    margin = 0.08 * (high - low) or abs(high) or 1.0
-    ax.set_ylim(low - margin, high + margin)
-
-
-def _errors(ax: Axes, study: StudyData, colours: Theme) -> None:
+def _errors(ax: Axes, study: Any, colours: Theme) -> None:
     """Relative errors over the count, the law through them, and the tolerance."""
     ax.set_xscale("log" if abscissa(study).min() > 0 else "linear")
     ax.set_yscale("log")
@@ -101,14 +93,10 @@ def _errors(ax: Axes, study: StudyData, colours: Theme) -> None:
     if study.law is not None and resolved.any():
         x, abscissa_values = study.x[resolved], abscissa(study)[resolved].astype(float)
         fine = np.geomspace(x[0], x[-1], 200)
-        ax.plot(
-            np.exp(np.interp(np.log(fine), np.log(x), np.log(abscissa_values))),
-            study.law.error(fine) / study.scale,
-            color=colours.lines[1],
-            linewidth=1.2,
-            linestyle="--",
-            label=f"errors fall\n{textwrap.fill(study.law_text, 24)}",
-        )
+        drawn = np.exp(np.interp(np.log(fine), np.log(x), np.log(abscissa_values)))
+        label = f"errors fall\n{textwrap.fill(study.law_text, 24)}"
+        style: dict[str, Any] = {"color": colours.lines[1], "linewidth": 1.2, "linestyle": "--", "label": label}
+        ax.plot(drawn, study.law.error(fine) / study.scale, **style)
     ax.axhline(study.tolerance, color=colours.lines[2], linewidth=1.2, label=f"tolerance {study.tolerance:g}")
     if counts.size:
         ax.plot(counts, errors, "o", color=colours.lines[0], markersize=5, label="estimated error")
@@ -116,55 +104,76 @@ def _errors(ax: Axes, study: StudyData, colours: Theme) -> None:
         ax.text(0.5, 0.5, "no error can be estimated", transform=ax.transAxes, ha="center", color=colours.faint)
     _mark_recommended(ax, study, study.errors / study.scale, colours)
     with_levels = not np.array_equal(study.levels, abscissa(study))
-    for level, count, error in zip(study.levels[estimated], counts, errors, strict=True):
-        if with_levels:
-            mark = ax.annotate(f"{level}", (count, error), (0, 8), textcoords="offset points", ha="center", fontsize=8)
-            mark.set_color(colours.text)
+    for level, count, error in zip(study.levels[estimated], counts, errors, strict=True) if with_levels else ():
+        mark = ax.annotate(f"{level}", (count, error), (0, 8), textcoords="offset points", ha="center", fontsize=8)
+        mark.set_color(colours.text)
     ax.margins(y=0.12)
     ax.set_ylabel("estimated relative error")
-    abscissa_text = "degrees of freedom" if study.over == "mesh" else "elastic coordinates"
-    abscissa_text = "shapes" if study.over == "derivatives" and study.followers.any() else abscissa_text
+    text = "degrees of freedom" if study.over == "mesh" else "elastic coordinates"
+    text = "shapes" if study.over == "derivatives" and study.followers.any() else text
     numbers = "refinements of the mesh" if study.over == "mesh" else f"{VARIED.get(study.over, study.over)} per body"
-    is_own_abscissa = np.array_equal(study.levels, abscissa(study)) and not np.array_equal(study.levels, study.counts)
-    ax.set_xlabel(
-        numbers if is_own_abscissa else f"{abscissa_text}   (at a point: {numbers})" if with_levels else abscissa_text
-    )
-    _count_ticks(ax, study)
+    is_own_abscissa = not with_levels and not np.array_equal(study.levels, study.counts)
+    ax.set_xlabel(numbers if is_own_abscissa else f"{text}   (at a point: {numbers})" if with_levels else text)
+    ax.set_xticks(abscissa(study).astype(float), [str(count) for count in abscissa(study)])
+    ax.set_xticks([], minor=True)
 
 
-def _mark_recommended(ax: Axes, study: StudyData, heights: Array, colours: Theme) -> None:
+def _mark_recommended(ax: Axes, study: Any, heights: Array, colours: Theme) -> None:
     """Draw a ring at the recommended level."""
-    is_recommended = study.levels == study.recommended
-    if study.recommended is not None and np.isfinite(heights[is_recommended]).all():
-        position = abscissa(study)[is_recommended]
-        (ring,) = ax.plot(
-            position, heights[is_recommended], "o", color=colours.lines[6], markersize=12, label="to choose"
-        )
-        ring.set(markerfacecolor="none", markeredgewidth=1.5)
+    at = study.levels == study.recommended
+    if study.recommended is not None and np.isfinite(heights[at]).all():
+        (ring,) = ax.plot(abscissa(study)[at], heights[at], "o", color=colours.lines[6], markersize=12)
+        ring.set(markerfacecolor="none", markeredgewidth=1.5, label="to choose")
 
 
-def _count_ticks(ax: Axes, study: StudyData) -> None:
-    """Ticks at the counts themselves."""
-    from matplotlib.ticker import FixedLocator, NullLocator
+def _draw_strain_forms(above: Axes, below: Axes, study: Any, colours: Theme) -> None:
+    """Values of the forms with their differences; under them the time of each run."""
+    columns = np.arange(len(study.forms))
+    best = study.reference
+    if best is not None:
+        band = study.tolerance * abs(best.value)
+        above.axhspan(best.value - band, best.value + band, color=colours.lines[2], alpha=0.25, linewidth=0)
+        above.axhline(best.value, color=colours.lines[2], linewidth=1.2, label=f"{best.strain}, +- {study.tolerance:g}")
+    above.plot(columns, [form.value for form in study.forms], "o", color=colours.lines[0], markersize=6, label="value")
+    below.bar(columns, [form.seconds for form in study.forms], width=0.5, color=colours.lines[0])
+    style: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "fontsize": 8, "color": colours.text}
+    for k, form in enumerate(study.forms):
+        if form.problem or form is not best:
+            text = textwrap.fill(form.problem, 22) if form.problem else f"{study.difference(form):.2g} off"
+            height = form.value if np.isfinite(form.value) else above.get_ylim()[0]
+            above.annotate(text, (k, height), (0, 7), **style)
+        if np.isfinite(form.seconds):
+            below.annotate(f"{form.seconds:.3g} s", (k, form.seconds), (0, 3), **style)
+    above.margins(x=0.2, y=0.3)
+    above.set_ylabel(labelled("value", study.unit))
+    below.margins(x=0.2, y=0.15)
+    below.set_ylabel("time of the run [s]")
+    below.set_xticks(columns, [_label(form) for form in study.forms], fontsize=8)
 
-    ax.xaxis.set_major_locator(FixedLocator([float(count) for count in abscissa(study)]))
-    ax.xaxis.set_minor_locator(NullLocator())
-    ax.set_xticklabels([str(count) for count in abscissa(study)])
+
+def _draw_function_kinds(above: Axes, below: Axes, study: Any, colours: Theme) -> None:
+    """Values of every type of functions over their number; under them the differences from the best."""
+    from matplotlib.ticker import MaxNLocator
+
+    below.set_yscale("log")
+    for k, (kind, levels) in enumerate(study.with_values):
+        colour = colours.lines[k % len(colours.lines)]
+        style: dict[str, Any] = {"color": colour, "linewidth": 1.2, "markersize": 4, "label": kind}
+        above.plot(levels.counts, levels.values, "o-", **style)
+        if study.reference is not None:
+            differences = study.differences(levels)
+            visible = differences > LEAST
+            below.plot(levels.counts[visible], differences[visible], "o-", **style)
+    style = {"color": colours.text, "linewidth": 1.0, "linestyle": "--"}
+    below.axhline(study.tolerance, label=f"tolerance {study.tolerance:g}", **style)
+    above.set_ylabel(labelled("value", study.unit))
+    below.set_ylabel("relative difference")
+    below.set_xlabel("elastic coordinates")
+    below.xaxis.set_major_locator(MaxNLocator(integer=True))
 
 
-def finish_study_axes(ax: Axes, colours: Theme, inside: bool = False) -> None:
-    """Format axes of a study; the legend is next to them or, where there is no space, inside."""
-    ax.set_facecolor(colours.background)
-    ax.grid(True, color=colours.faint, alpha=0.25, linewidth=0.6)
-    ax.tick_params(colors=colours.text, which="both", labelsize=9)
-    for text in (ax.yaxis.label, ax.xaxis.label, ax.yaxis.get_offset_text()):
-        text.set_color(colours.text)
-    for side, spine in ax.spines.items():
-        spine.set_visible(side in ("left", "bottom"))
-        spine.set_color(colours.faint)
-    if not ax.get_legend_handles_labels()[0]:
-        return
-    location: dict[str, Any] = {"loc": "best"} if inside else {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
-    legend = ax.legend(frameon=False, fontsize=9 - 1.5 * inside, **location)
-    for text in legend.get_texts():
-        text.set_color(colours.text)
+def _label(form: Any) -> str:
+    counts = f"{form.coordinates} coordinates"
+    counts += f",\n{form.derivatives} derivatives" if form.derivatives else ""
+    counts += f",\n{form.followers} dependent derivatives" if form.followers else ""
+    return f"{form.strain}\n{counts}"

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.integrate import cumulative_simpson
+from scipy.integrate import cumulative_simpson, cumulative_trapezoid
 
 from femflex.arrays import Array
 from femflex.results import Run
@@ -80,10 +80,9 @@ def curves_of(
     selected = default_channels(run) if channels is None else list(channels)
     curves = [curve for channel in selected for curve in _curves(run, channel)]
     if second_run is not None:
-        shared = [
-            channel for channel in selected if channels is not None or channel == BALANCE or channel in second_run
-        ]
-        curves += [replace(curve, second=True) for channel in shared for curve in _curves(second_run, channel)]
+        for channel in selected:
+            if channels is not None or channel == BALANCE or channel in second_run:
+                curves += [replace(curve, second=True) for curve in _curves(second_run, channel)]
     if not curves:
         raise ValueError("the list of channels to plot is empty; name some, or give no list for the default ones")
     keys, limit = dict.fromkeys(curve.axes for curve in curves), NEGLIGIBLE if channels is None else ROUNDED
@@ -145,19 +144,12 @@ def _curves(run: Run, channel: str) -> list[Curve]:
     summed = path == "monitors/energy" and "monitors/kinetic" in run
     magnitude = float(np.abs(run["monitors/kinetic"]).max(initial=0.0)) if summed else 0.0
     ordinate = {"angles": "attitude", "q": "coordinate", "u": "velocity"}.get(quantity, quantity)
-    return [
-        Curve(
-            f"{owner} {names[k % len(names)]}".strip() or quantity,
-            values[:, k],
-            units[k % len(units)],
-            ordinate,
-            run.time,
-            named=bool(component),
-            channel=path,
-            magnitude=magnitude,
-        )
-        for k in columns
-    ]
+    curves = []
+    for k in columns:
+        label = f"{owner} {names[k % len(names)]}".strip() or quantity
+        curve = Curve(label, values[:, k], units[k % len(units)], ordinate, run.time, named=bool(component))
+        curves.append(replace(curve, channel=path, magnitude=magnitude))
+    return curves
 
 
 def _ratio_curves(above: list[Curve], below: list[Curve], channel: str) -> list[Curve]:
@@ -222,15 +214,16 @@ def balance_of(run: Run) -> Curve:
     has_jacobi = "monitors/jacobi" in run
     E = run["monitors/jacobi" if has_jacobi else "monitors/energy"]
     power = sum((sign * run[path] for path, sign in POWERS.items() if path in run), np.zeros(len(run)))
-    work = np.zeros(len(run))
-    lost = sum(
-        (run[path] for path in run if path.startswith("latches/") and path.endswith("/loss")), np.zeros(len(run))
-    )
-    if len(run) > 2:
-        work = cumulative_simpson(power, x=run.time, initial=0.0)
-    elif len(run) == 2:
-        work[1] = (power[0] + power[1]) / 2 * (run.time[1] - run.time[0])
-    return Curve("Jacobi integral" if has_jacobi else "energy", E - E[0] - work + lost, "J", BALANCE, run.time)
+    latches = [run[path] for path in run if path.startswith("latches/") and path.endswith("/loss")]
+    balance = E - E[0] - work_of(run, power) + sum(latches, np.zeros(len(run)))
+    return Curve("Jacobi integral" if has_jacobi else "energy", balance, "J", BALANCE, run.time)
+
+
+def work_of(run: Run, power: Array) -> Array:
+    """Work (n_t,) [J] since the start of a power (n_t,) [W] at the rows of a run, by Simpson's rule."""
+    if len(run) < 3:
+        return np.asarray(cumulative_trapezoid(power, x=run.time, initial=0.0))
+    return np.asarray(cumulative_simpson(power, x=run.time, initial=0.0))
 
 
 def _relative_to_start(group: list[Curve]) -> list[Curve]:
@@ -266,9 +259,8 @@ def _noticeable(group: list[Curve], limit: float, least: float) -> list[Curve]:
     """The curves above `limit` of the largest and `least` of their channel's largest, and those requested by name."""
     largest = {key: _size([curve for curve in group if curve.source == key]) for key in {c.source for c in group}}
     threshold = limit * _size(group)
-    visible = {
-        curve.label for curve in group if curve.named or _size([curve]) >= max(threshold, least * largest[curve.source])
-    }
+    limits = {key: max(threshold, least * size) for key, size in largest.items()}
+    visible = {curve.label for curve in group if curve.named or _size([curve]) >= limits[curve.source]}
     return [curve for curve in group if curve.label in visible]
 
 

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Unpack
 
 import numpy as np
-from scipy.integrate import cumulative_simpson
 
 from femflex.arrays import Array
 from femflex.results import Run
-from femflex.view.curves import balance_of, has_balance
-from femflex.view.plot import figure_of, finish, save_figure
-from femflex.view.second_run import title_of
-from femflex.view.theme import theme_of
+from femflex.view.curves import balance_of, has_balance, work_of
+from femflex.view.plot import PlotOptions, Sheet, finish, title_of
 from femflex.view.units import time_unit
 
 STORED = {
@@ -52,12 +50,12 @@ def energy_account(run: Run) -> dict[str, Array]:
         out[f"stored: {name}"] = stored - stored[0]
         for key, sign, word in (("dissipation", 1.0, "dissipated"), ("supplied", -1.0, "work")):
             power = _channel_or_zero(run, f"effectors/{name}/{key}")
-            out[f"{word}: {name}"] = sign * _work_over_time(run, power)
+            out[f"{word}: {name}"] = sign * work_of(run, power)
             remaining_power[key] = remaining_power[key] - power
-    out["dissipated: joints and structures"] = _work_over_time(run, remaining_power["dissipation"])
+    out["dissipated: joints and structures"] = work_of(run, remaining_power["dissipation"])
     out |= _work_of_loads(run, remaining_power["supplied"])
     for path, name in POWERS.items():
-        out[f"work: {name}"] = -_work_over_time(run, _channel_or_zero(run, path))
+        out[f"work: {name}"] = -work_of(run, _channel_or_zero(run, path))
     for path in run:
         if path.startswith("latches/") and path.endswith("/loss"):
             out[f"dissipated: latch {path.split('/')[1]}"] = run.finite(path)
@@ -69,31 +67,23 @@ def _work_of_loads(run: Run, supplied: Array) -> dict[str, Array]:
     names = [path.split("/")[1] for path in run if path.startswith("loads/") and path.endswith("/power")]
     powers = {name: run.finite(f"loads/{name}/power") for name in names}
     if "monitors/load" in run:  # the potential of some is stored
-        return {"work: loads": -_work_over_time(run, supplied)}
-    return {f"work: {name}": -_work_over_time(run, power) for name, power in powers.items()}
+        return {"work: loads": -work_of(run, supplied)}
+    return {f"work: {name}": -work_of(run, power) for name, power in powers.items()}
 
 
 def _channel_or_zero(run: Run, path: str) -> Array:
     return run.finite(path) if path in run else np.zeros(len(run))
 
 
-def _work_over_time(run: Run, power: Array) -> Array:
-    if len(run) < 3:
-        return np.zeros(len(run))
-    return np.asarray(cumulative_simpson(power, x=run.time, initial=0.0))
-
-
-def plot_energy(
-    run: Run, path: str | Path, theme: str = "light", title: str | None = None, dpi: int = 150, force: bool = False
-) -> Path:
+def plot_energy(run: Run, path: str | Path, **options: Unpack[PlotOptions]) -> Path:
     """Path of a picture (.png or .svg) of the energy account: contributors stacked, their sum as a line, and its error.
 
     Positive energies are stacked upwards, negative ones downwards, and the line is their sum at every instant.
     """
-    account, colours = energy_account(run), theme_of(theme)
+    account, sheet = energy_account(run), Sheet(path, title_of(run), **options)
     seconds, unit = time_unit(run.duration)
     t = run.time / seconds
-    figure, (ax, below) = figure_of(2, title_of(run) if title is None else title, colours, sharex=True)
+    (ax, below), colours = sheet.rows(2), sheet.colours
     largest = max((float(np.abs(values).max()) for values in account.values()), default=0.0)
     visible = {name: values for name, values in account.items() if np.abs(values).max() >= VISIBLE * largest}
     up, down = np.zeros(len(t)), np.zeros(len(t))
@@ -113,4 +103,4 @@ def plot_energy(
         axes_.margins(x=0)
     finish(ax, list(visible), colours)
     finish(below, [], colours)
-    return save_figure(figure, path, dpi, force)
+    return sheet.save()

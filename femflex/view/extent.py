@@ -7,8 +7,8 @@ import numpy as np
 from femflex.arrays import Array, IntArray
 from femflex.body import Skin
 from femflex.results import Run, RunBody
-from femflex.view.deploying_skin import skin_with_growth
 from femflex.view.motion import Motion, motion
+from femflex.view.segments import skin_with_growth
 from femflex.view.units import round_below
 
 DIRECTIONS = 64

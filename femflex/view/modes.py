@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, TypedDict, Unpack
 
 import numpy as np
+from numpy.typing import NDArray
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody, Skin
 from femflex.view.actors import BodyActor, add_ghost
-from femflex.view.drawing import Drawing
 from femflex.view.framing import Margins, View, best_direction, fit_camera
 from femflex.view.movie import Progress, write_movie, write_png
 from femflex.view.overlay import add_text
-from femflex.view.shape_paint import ShapePaint, shape_paint
+from femflex.view.paint import EVERY, BodyPaint, quantity_of_colour
 from femflex.view.surface import MESH_LINE_GAP, VISIBLE, breadth, surface_of, twist_of
 from femflex.view.theme import Theme, theme_of
 from femflex.view.units import Bar
-from femflex.view.window import Image, open_window, place_camera, screenshot_of
+from femflex.view.window import Drawing, Image, open_window, place_camera, screenshot_of
 from femflex.writing import atomic_file
 
 AMPLITUDE = 0.14  # largest displacement drawn, parts of the body's size
@@ -29,70 +31,110 @@ SAMPLES = 2
 Z = np.array([0.0, 0.0, 1.0])
 
 
+class ShapePaint:
+    """A paint whose values reach 1 (or -1) where the chosen shape has its largest, at full amplitude."""
+
+    def __init__(self, paint: BodyPaint) -> None:
+        self._paint, self._largest = paint, 1.0
+        self.signed = paint.quantity.number is not None
+
+    def choose(self, y: Array) -> None:
+        """Select a shape, with its full amplitudes y (n,) [kg^1/2 m]."""
+        if self._paint.quantity.kind == EVERY:
+            densities: dict[str, float] = {}
+            for field_part, _ in self._paint.parts:
+                densities[field_part.kind] = max(
+                    densities.get(field_part.kind, 0.0), float(np.abs(field_part.energy(y[None])).max())
+                )
+            largest = {kind: density or 1.0 for kind, density in densities.items()}
+            self._paint = replace(self._paint, quantity=replace(self._paint.quantity, largest=largest))
+        self._largest = float(np.nanmax(np.abs(self._paint.values(y)), initial=0.0)) or 1.0
+
+    def values(self, y: Array) -> NDArray[np.float32]:
+        """Values (n_skin,) [1] at the points of the skin, parts of the largest."""
+        return self._paint.values(y) / np.float32(self._largest)
+
+
+def shape_paint(body: FlexibleBody, skin: Skin, colour: str) -> ShapePaint | None:
+    """The paint of a body's shapes; None for "displacement". Raises ValueError as `view.paint.quantity_of_colour`."""
+    if colour == "displacement":
+        return None
+    linear = tuple(
+        replace(field_part, nonlinear=False, stress=0 * field_part.stress) for field_part in body.strain_field
+    )
+    return ShapePaint(BodyPaint.from_field(quantity_of_colour(colour, list(linear), "the body"), linear, skin))
+
+
+class ShapeOptions(TypedDict, total=False):
+    """Keywords of pictures and movies of shapes.
+
+    size  of the picture of a shape [pixels];  view  direction from the body to the camera;  force  replaces a file
+    """
+
+    theme: str
+    size: tuple[int, int]
+    view: tuple[float, float, float] | None
+    force: bool
+
+
+class MovieOptions(ShapeOptions, total=False):
+    """Further keywords of movies: seconds of a cycle, number of cycles, frames a second, and a call after each."""
+
+    seconds: float
+    cycles: int
+    fps: float
+    progress: Progress | None
+
+
 def mode_montage(
     body: FlexibleBody,
     path: str | Path,
     modes: Sequence[int] | None = None,
     title: str = "",
-    theme: str = "light",
-    tile: tuple[int, int] = (420, 300),
-    view: tuple[float, float, float] | None = None,
-    force: bool = False,
     colour: str = "displacement",
+    **options: Unpack[ShapeOptions],
 ) -> Path:
     """Path of a PNG picture of shapes, numbered from 1 (by default the first twelve), each with its frequency.
 
-    tile is the size of one shape's picture [pixels]; view the direction from the body to the camera. Every shape is
-    drawn with the same largest displacement, and coloured by it, or by its strain or energy density up to the shape's
-    own largest (`colour`, as of `Look`; to lowest order in the amplitude). Raises ValueError for a body without skin or
-    shapes.
+    Every shape is drawn with the same largest displacement, and coloured by it, or by its strain or energy density up
+    to the shape's own largest (`colour`, as of `Look`; to lowest order in the amplitude). Raises ValueError for a body
+    without skin or shapes.
     """
-    path, skin = Path(path), _checked_skin(body)
+    skin = _checked_skin(body)
     numbers = list(range(1, min(body.n_modes, MOST) + 1)) if modes is None else list(modes)
     if not numbers:
         raise ValueError("the list of modes to draw is empty; name some, or give no list for the first ones")
     shapes = [(_shape_index(body, mode), caption(body, mode)) for mode in numbers]
-    return _montage(skin, shapes, path, title, theme, tile, view, force, shape_paint(body, skin, colour))
+    return _montage(skin, shapes, path, title, shape_paint(body, skin, colour), **options)
 
 
 def craft_montage(
-    skin: Skin,
-    captions: Sequence[str],
-    path: str | Path,
-    title: str = "",
-    theme: str = "light",
-    tile: tuple[int, int] = (420, 300),
-    view: tuple[float, float, float] | None = None,
-    force: bool = False,
+    skin: Skin, captions: Sequence[str], path: str | Path, title: str = "", **options: Unpack[ShapeOptions]
 ) -> Path:
     """Path of a PNG picture of modes of a craft, each with its caption, in their largest deflection.
 
     skin: of the craft, with the real and then the imaginary parts of as many shapes as captions. As `mode_montage`.
     """
-    return _montage(skin, list(enumerate(captions)), path, title, theme, tile, view, force, None)
+    return _montage(skin, list(enumerate(captions)), path, title, None, **options)
 
 
-def craft_movie(
-    skin: Skin,
-    caption: str,
-    path: str | Path,
-    seconds: float = 2.0,
-    cycles: int = 3,
-    fps: float = 25.0,
-    theme: str = "light",
-    size: tuple[int, int] = (960, 640),
-    view: tuple[float, float, float] | None = None,
-    force: bool = False,
-    progress: Progress | None = None,
+def mode_movie(
+    body: FlexibleBody, path: str | Path, mode: int = 1, colour: str = "displacement", **options: Unpack[MovieOptions]
 ) -> Path:
+    """Path of a movie of one shape, numbered from 1, that swings whole cycles and loops smoothly.
+
+    colour: as for `mode_montage`.
+    """
+    skin, number = _checked_skin(body), _shape_index(body, mode)
+    return _movie(skin, path, (number, caption(body, mode), None), shape_paint(body, skin, colour), **options)
+
+
+def craft_movie(skin: Skin, caption: str, path: str | Path, **options: Unpack[MovieOptions]) -> Path:
     """Path of a movie of one mode of a craft, whose parts may move out of phase; loops smoothly.
 
     skin: of the craft, with two shapes, the real and the imaginary part.
     """
-    count = _frames(seconds, cycles, fps)
-    with _ModeScene(skin, theme_of(theme), size, view, 1, None) as scene:
-        scene.choose(0, caption, 1)
-        return write_movie(path, _swing(scene, count, cycles), count * cycles, fps, force, progress)
+    return _movie(skin, path, (0, caption, 1), None, **options)
 
 
 def _montage(
@@ -100,17 +142,18 @@ def _montage(
     shapes: Sequence[tuple[int, str]],
     path: str | Path,
     title: str,
-    theme: str,
-    tile: tuple[int, int],
-    view: tuple[float, float, float] | None,
-    force: bool,
     paint: ShapePaint | None,
+    *,
+    theme: str = "light",
+    size: tuple[int, int] = (420, 300),
+    view: tuple[float, float, float] | None = None,
+    force: bool = False,
 ) -> Path:
     """The picture of shapes of a skin, counted from 0, each with its caption."""
     path = Path(path)
     if path.suffix.lower() != ".png":
         raise ValueError(f"a picture is written as .png; {path.name} is not one")
-    with atomic_file(path, force) as draft, _ModeScene(skin, theme_of(theme), tile, view, SAMPLES, paint) as scene:
+    with atomic_file(path, force) as draft, _ModeScene(skin, theme_of(theme), size, view, SAMPLES, paint) as scene:
         tiles = []
         for number, text in shapes:
             scene.choose(number, text)
@@ -120,35 +163,27 @@ def _montage(
     return Drawing(path)
 
 
-def _frames(seconds: float, cycles: int, fps: float) -> int:
-    """Pictures of a cycle. Raises ValueError for a movie without length."""
-    if cycles < 1 or not seconds > 0:
-        raise ValueError(f"a movie of {cycles} cycles of {seconds:g} s has no length; give at least one, above 0 s")
-    return max(2, round(seconds * fps))
-
-
-def mode_movie(
-    body: FlexibleBody,
+def _movie(
+    skin: Skin,
     path: str | Path,
-    mode: int = 1,
-    seconds: float = 2.0,
-    cycles: int = 3,
-    fps: float = 25.0,
+    shape: tuple[int, str, int | None],
+    paint: ShapePaint | None,
+    *,
     theme: str = "light",
     size: tuple[int, int] = (960, 640),
     view: tuple[float, float, float] | None = None,
     force: bool = False,
-    colour: str = "displacement",
+    seconds: float = 2.0,
+    cycles: int = 3,
+    fps: float = 25.0,
     progress: Progress | None = None,
 ) -> Path:
-    """Path of a movie of one shape, numbered from 1, that swings whole cycles of so many seconds and loops smoothly.
-
-    colour: as for `mode_montage`.
-    """
-    skin, number = _checked_skin(body), _shape_index(body, mode)
-    count = _frames(seconds, cycles, fps)
-    with _ModeScene(skin, theme_of(theme), size, view, 1, shape_paint(body, skin, colour)) as scene:
-        scene.choose(number, caption(body, mode))
+    """The movie of a shape of a skin, by its number, its caption and the shape a quarter of a cycle later, if any."""
+    if cycles < 1 or not seconds > 0:
+        raise ValueError(f"a movie of {cycles} cycles of {seconds:g} s has no length; give at least one, above 0 s")
+    count = max(2, round(seconds * fps))
+    with _ModeScene(skin, theme_of(theme), size, view, 1, paint) as scene:
+        scene.choose(*shape)
         return write_movie(path, _swing(scene, count, cycles), count * cycles, fps, force, progress)
 
 

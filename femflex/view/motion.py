@@ -8,8 +8,14 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.results import Run, RunBody
-from femflex.view.deploying_skin import amplitudes_with_growth, deploying_bodies
-from femflex.view.segments import body_of_marker, extended_coordinates, segmented_body_of
+from femflex.rotations import dcm_from_quaternion
+from femflex.view.segments import (
+    amplitudes_with_growth,
+    body_of_marker,
+    deploying_bodies,
+    extended_coordinates,
+    segmented_body_of,
+)
 from femflex.view.surroundings import directions_of, sun_of
 
 CAMERAS = ("auto", "fixed", "follow", "orbital", "body")
@@ -64,18 +70,8 @@ class Interpolated:
         """C_PQ (n_t, 3, 3) of a channel of Euler parameters."""
         a, b = self.run.finite(path)[self._rows]
         b = b * np.where(np.einsum("ti,ti->t", a, b) < 0, -1.0, 1.0)[:, None]
-        return dcms(a + self._weight[:, None] * (b - a))
-
-
-def dcms(e: Array) -> Array:
-    """C_PQ (n_t, 3, 3) from Euler parameters (n_t, 4), which need not be normalised."""
-    w, x, y, z = (e / np.linalg.norm(e, axis=1, keepdims=True)).T
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.moveaxis(np.array(rows), 2, 0)
+        e = a + self._weight[:, None] * (b - a)
+        return dcm_from_quaternion(e / np.linalg.norm(e, axis=1, keepdims=True))
 
 
 def motion(

@@ -12,8 +12,7 @@ import numpy as np
 
 from femflex.extras import require
 from femflex.results.interrupts import finished_on_interrupt, without_interrupts
-from femflex.view.drawing import Drawing
-from femflex.view.window import Image
+from femflex.view.window import Drawing, Image
 from femflex.writing import atomic_file
 
 PNG_COMPRESSION = 1  # 18 ms a frame; the default takes 45 for a tenth less

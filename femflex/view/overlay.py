@@ -17,7 +17,6 @@ from femflex.view.units import Bar, length_unit, round_below
 if TYPE_CHECKING:
     from matplotlib.colors import ListedColormap
 
-ALIGN = {"left": 0, "center": 1, "right": 2, "bottom": 0, "top": 2}
 CORNER = (0.19, 0.175)  # centre of the corner triad from the left and the bottom, parts of the height
 CORNER_ARM = 0.075  # length of its axes
 LETTER = 0.023  # height of letters
@@ -39,20 +38,13 @@ def add_text(
 ) -> Any:
     """Add a text at a position in fractions of width and height; return its actor."""
     import pyvista as pv
-    from vtkmodules.vtkRenderingCore import vtkTextActor
 
-    actor = vtkTextActor()
-    actor.SetInput(text)
+    across, upward = align.split()
+    look: Any = {"color": colour, "justification_horizontal": across, "justification_vertical": upward}
+    actor: Any = pv.Text(text)
+    actor.prop = pv.TextProperty(font_file=_font(bold), font_size=max(6, round(pixels)), **look)
     actor.GetPositionCoordinate().SetCoordinateSystemToNormalizedViewport()
     actor.SetPosition(*position)
-    style = actor.GetTextProperty()
-    style.SetFontFamily(4)  # from a file
-    style.SetFontFile(_font(bold))
-    style.SetFontSize(max(6, round(pixels)))
-    style.SetColor(*pv.Color(colour).float_rgb)
-    across, upward = align.split()
-    style.SetJustification(ALIGN[across])
-    style.SetVerticalJustification(1 if upward == "center" else ALIGN[upward])
     renderer.AddViewProp(actor)
     return actor
 
@@ -60,31 +52,13 @@ def add_text(
 def add_colour_bar(renderer: Any, bar: Bar, colours: ListedColormap, theme: Theme, size: tuple[int, int]) -> None:
     """A labelled bar of these colours at the right rim."""
     import pyvista as pv
-    from vtkmodules.vtkCommonCore import vtkPoints, vtkUnsignedCharArray
-    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
-    from vtkmodules.vtkRenderingCore import vtkActor2D, vtkCoordinate, vtkPolyDataMapper2D
 
     (low, high), unit = BAR_HEIGHT, size[1] / size[0]  # parts of the width in one of the height
     left_side, right_side = (1 - x * unit for x in BAR_PLACE)
-    points, cells, painted = vtkPoints(), vtkCellArray(), vtkUnsignedCharArray()
-    painted.SetNumberOfComponents(3)
-    for k, colour in enumerate(colours(np.linspace(0, 1, 256))):
-        y = [low + (high - low) * j / 256 for j in (k, k + 1)]
-        ids = [
-            points.InsertNextPoint(x, h, 0.0)
-            for x, h in ((left_side, y[0]), (right_side, y[0]), (right_side, y[1]), (left_side, y[1]))
-        ]
-        cells.InsertNextCell(4, ids)
-        painted.InsertNextTuple3(*pv.Color(colour[:3]).int_rgb)
-    strip, coordinate, mapper, actor = vtkPolyData(), vtkCoordinate(), vtkPolyDataMapper2D(), vtkActor2D()
-    strip.SetPoints(points)
-    strip.SetPolys(cells)
-    strip.GetCellData().SetScalars(painted)
-    coordinate.SetCoordinateSystemToNormalizedViewport()
-    mapper.SetInputData(strip)
-    mapper.SetTransformCoordinate(coordinate)
-    actor.SetMapper(mapper)
-    renderer.AddViewProp(actor)
+    middle = ((left_side + right_side) / 2, (low + high) / 2, 0.0)
+    strip = pv.Plane(center=middle, i_size=right_side - left_side, j_size=high - low, i_resolution=1, j_resolution=256)
+    strip.cell_data["colour"] = np.round(255 * colours(np.linspace(0, 1, 256))[:, :3]).astype(np.uint8)
+    _add_flat(renderer, strip)
     pixels = size[1] * LETTER
     for k, label in enumerate(bar.labels):
         level = low + (high - low) * k / (len(bar.labels) - 1)
@@ -96,29 +70,29 @@ def add_colour_bar(renderer: Any, bar: Bar, colours: ListedColormap, theme: Them
 def add_length_scale(renderer: Any, metre: float, theme: Theme, size: tuple[int, int]) -> None:
     """A bar of a round length at the bottom; metre: size of one in the middle of the scene, parts of the height."""
     import pyvista as pv
-    from vtkmodules.vtkCommonCore import vtkPoints
-    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
-    from vtkmodules.vtkRenderingCore import vtkActor2D, vtkCoordinate, vtkPolyDataMapper2D
 
     length = round_below(SCALE_REACH / metre)
-    half, middle = 0.5 * length * metre * size[1] / size[0], SCALE_PLACE[0]
-    low, tick = SCALE_PLACE[1], 0.012
-    points, cells = vtkPoints(), vtkCellArray()
+    half, (middle, low), tick = 0.5 * length * metre * size[1] / size[0], SCALE_PLACE, 0.012
     ends = [(middle - half, low + tick), (middle - half, low), (middle + half, low), (middle + half, low + tick)]
-    cells.InsertNextCell(4, [points.InsertNextPoint(x, y, 0.0) for x, y in ends])
-    line, coordinate, mapper, actor = vtkPolyData(), vtkCoordinate(), vtkPolyDataMapper2D(), vtkActor2D()
-    line.SetPoints(points)
-    line.SetLines(cells)
-    coordinate.SetCoordinateSystemToNormalizedViewport()
-    mapper.SetInputData(line)
-    mapper.SetTransformCoordinate(coordinate)
-    actor.SetMapper(mapper)
-    actor.GetProperty().SetColor(*pv.Color(theme.text).float_rgb)
-    actor.GetProperty().SetLineWidth(max(1.0, size[1] / 480))
-    renderer.AddViewProp(actor)
+    line = _add_flat(renderer, pv.PolyData([(x, y, 0.0) for x, y in ends], lines=[4, 0, 1, 2, 3]))
+    line.GetProperty().SetColor(*pv.Color(theme.text).float_rgb)
+    line.GetProperty().SetLineWidth(max(1.0, size[1] / 480))
     factor, unit = (1.0, "m") if length >= 1.0 else length_unit(length)
     label = f"{length * factor:g} {unit}"
     add_text(renderer, label, (middle, low + 0.012), size[1] * LETTER, theme.text, "center bottom")
+
+
+def _add_flat(renderer: Any, data: Any) -> Any:
+    """Add lines or faces over the scene, at positions in fractions of width and height; return their actor."""
+    from vtkmodules.vtkRenderingCore import vtkActor2D, vtkCoordinate, vtkPolyDataMapper2D
+
+    coordinate, mapper, actor = vtkCoordinate(), vtkPolyDataMapper2D(), vtkActor2D()
+    coordinate.SetCoordinateSystemToNormalizedViewport()
+    mapper.SetInputData(data)
+    mapper.SetTransformCoordinate(coordinate)
+    actor.SetMapper(mapper)
+    renderer.AddViewProp(actor)
+    return actor
 
 
 @cache

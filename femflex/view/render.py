@@ -11,14 +11,13 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.results import Run
-from femflex.view.drawing import Drawing
 from femflex.view.look import Look, LookOptions
 from femflex.view.motion import motion
 from femflex.view.movie import Progress, write_movie, write_png
 from femflex.view.plan import ScenePlan, plan_scene
 from femflex.view.scene import Scene
 from femflex.view.units import clock
-from femflex.view.window import Image
+from femflex.view.window import Drawing, Image
 from femflex.writing import atomic_file
 
 PICTURE_SAMPLES, MOVIE_SAMPLES = 2, 1

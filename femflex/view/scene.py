@@ -8,8 +8,7 @@ from typing import Any, Self
 import numpy as np
 
 from femflex.results import Run
-from femflex.view.actors import BodyActor, SightActor, TraceActor, add_ghost
-from femflex.view.deploying_skin import lengths_line
+from femflex.view.actors import BodyActor, LineActor, add_ghost
 from femflex.view.extent import some_rows
 from femflex.view.look import Look
 from femflex.view.motion import Motion, motion
@@ -23,6 +22,7 @@ from femflex.view.overlay import (
     pose_matrix,
 )
 from femflex.view.plan import ScenePlan
+from femflex.view.segments import lengths_line
 from femflex.view.sunlight import LIGHT, Sunlight
 from femflex.view.surface import MESH_LINE_GAP, VISIBLE, Surface, breadth, surface_of
 from femflex.view.surroundings import directions_of
@@ -54,10 +54,10 @@ class Scene:
         self._bodies = self._add_bodies(surfaces, look, pixel)
         self._triads: dict[str, Any] = {}
         self._path_times = run.time[some_rows(run)] if look.traces else np.zeros(0)
-        paths = motion(run, self._path_times, plan.camera, plan.body, look.traces, plan.scale).traces
-        self._traces = {name: TraceActor(self._plotter, path, theme, pixel) for name, path in paths.items()}
+        self._paths = motion(run, self._path_times, plan.camera, plan.body, look.traces, plan.scale).traces
+        self._traces = {name: LineActor(self._plotter, len(x), theme, 2.0 * pixel) for name, x in self._paths.items()}
         watched = motion(run, run.time[:1]).sights
-        self._sights = {name: SightActor(self._plotter, plan.sight, theme, pixel) for name in watched}
+        self._sights = {name: LineActor(self._plotter, 2, theme, 2.5 * pixel) for name in watched}
         self._corner: CornerTriad | None = None
         if look.triads:
             self._add_triads(look, (width, height))
@@ -78,10 +78,12 @@ class Scene:
                 ghost.SetUserMatrix(pose)
         for name, triad in self._triads.items():
             triad.SetUserMatrix(pose_matrix(moving.position[name][k], moving.attitude[name][k]))
+        past = (self._path_times < t)[:, None]
         for name, trace in self._traces.items():
-            trace.show(int(np.searchsorted(self._path_times, t)), moving.traces[name][k])
+            trace.show(np.where(past, self._paths[name], moving.traces[name][k]))
         for name, sight in self._sights.items():
-            sight.show(*(values[k] for values in moving.sights[name]))
+            start, direction = (values[k] for values in moving.sights[name])
+            sight.show(np.stack([start, start + plan.sight * direction]))
         if self._corner is not None:
             self._corner.show(moving.reference[k], np.array([v[k] for v in moving.directions.values()]).reshape(-1, 3))
         lengths = lengths_line({name: float(length[k]) for name, length in moving.lengths.items()})

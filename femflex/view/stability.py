@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
-from femflex.arrays import Array, ComplexArray, IntArray
-from femflex.view.convergence import check_kind
-from femflex.view.plot import finish, save_figure, with_superscripts
-from femflex.view.theme import Theme, theme_of
+from femflex.arrays import Array
+from femflex.view.plot import PlotOptions, Sheet, finish, labelled
+from femflex.view.theme import Theme
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,93 +26,24 @@ REGIONS = {
 }
 
 
-class ChartData(Protocol):
-    """Interface of a chart (femflex.studies.stability.Chart)."""
-
-    @property
-    def names(self) -> tuple[str, str]:
-        """Names of the two values."""
-
-    @property
-    def units(self) -> tuple[str, str]:
-        """Units of the two values."""
-
-    @property
-    def first_values(self) -> Array:
-        """First value (n,), in its unit."""
-
-    @property
-    def second_values(self) -> Array:
-        """Second value (m,), in its unit."""
-
-    @property
-    def kinds(self) -> IntArray:
-        """Kinds (n, m) of stability: -1 none, 0 unstable, 1 and 2 stable."""
-
-    @property
-    def boundaries(self) -> tuple[tuple[int, int, Array], ...]:
-        """Kinds on both sides and points (k, 2) of every boundary, in the units of the two values."""
-
-
-class LocusData(Protocol):
-    """Interface of a locus (femflex.studies.stability.Locus)."""
-
-    @property
-    def quantity(self) -> str:
-        """Poles or multipliers."""
-
-    @property
-    def name(self) -> str:
-        """Name of the value."""
-
-    @property
-    def unit(self) -> str:
-        """Unit of the value."""
-
-    @property
-    def values(self) -> Array:
-        """The varied value (n,), in its unit."""
-
-    @property
-    def branches(self) -> ComplexArray:
-        """(n, k)."""
-
-    @property
-    def kinds(self) -> IntArray:
-        """Kind (n,) by number: -1 none, 0 unstable, 1 and 2 stable."""
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """(k,) of branches, "" where they are not known."""
-
-    @property
-    def critical(self) -> tuple[float, ...]:
-        """Values at which stability changes."""
-
-
 def plot_chart(
-    chart: ChartData,
+    chart: Any,
     path: str | Path,
-    theme: str = "light",
-    title: str = "Stability",
-    dpi: int = 150,
-    force: bool = False,
-    second: ChartData | None = None,
+    second: Any = None,
     left_out: Sequence[str] = (),
     reference_curves: Sequence[tuple[str, Array]] = (),
+    **options: Unpack[PlotOptions],
 ) -> Path:
-    """Path of a picture (.png or .svg) of the regions of a chart and their traced boundaries.
+    """Path of a picture (.png or .svg) of the regions of a chart (femflex.studies.stability.Chart) and boundaries.
 
     second: the chart without the terms `left_out`, whose boundaries are dashed; reference_curves: names and points (k,
     2) of other curves, in the units of the chart's values, dotted.
     """
-    check_kind(path)
     from matplotlib.colors import to_rgba
     from matplotlib.patches import Patch
 
-    colours = theme_of(theme)
-    figure = colours.figure(8.6, 6.2, title)
-    ax = figure.subplots()
+    sheet = Sheet(path, "Stability", **options)
+    ax, colours = sheet.figure(8.6, 6.2).subplots(), sheet.colours
     shades = {kind: to_rgba(_shade(name, colours), alpha) for kind, (name, alpha) in SHADES.items()}
     shades[-1] = to_rgba(colours.faint, 0.45)
     picture = np.array([[shades[int(kind)] for kind in row] for row in chart.kinds.T])
@@ -134,45 +64,32 @@ def plot_chart(
         handles += ax.plot(*points.T, zorder=5, label="dotted: " + name, **style) if k == 0 else []
         if k:
             ax.plot(*points.T, zorder=5, **style)
-    ax.set_xlim(chart.first_values[0], chart.first_values[-1])
-    ax.set_ylim(chart.second_values[0], chart.second_values[-1])
-    ax.set_xlabel(_labelled(chart.names[0], chart.units[0]))
-    ax.set_ylabel(_labelled(chart.names[1], chart.units[1]))
+    ax.set(xlabel=labelled(chart.names[0], chart.units[0]), ylabel=labelled(chart.names[1], chart.units[1]))
+    ax.set(xlim=chart.first_values[[0, -1]], ylim=chart.second_values[[0, -1]])
     finish(ax, (), colours)
     legend = ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.11), frameon=False, ncols=2)
     for text in legend.get_texts():
         text.set_color(colours.text)
-    return save_figure(figure, path, dpi, force)
+    return sheet.save()
 
 
 def plot_locus(
-    locus: LocusData,
-    path: str | Path,
-    theme: str = "light",
-    title: str = "Stability",
-    dpi: int = 150,
-    force: bool = False,
-    second: LocusData | None = None,
-    left_out: Sequence[str] = (),
+    locus: Any, path: str | Path, second: Any = None, left_out: Sequence[str] = (), **options: Unpack[PlotOptions]
 ) -> Path:
-    """Path of a picture (.png or .svg) of poles or multipliers in the complex plane and over the value.
+    """Path of a picture (.png or .svg) of a locus (femflex.studies.stability.Locus), in the plane and over the value.
 
     The plots over the value show frequency and growth of poles, or size and angle of multipliers. Values at which
     stability changes are marked. second: the locus without the terms `left_out`, dashed.
     """
-    check_kind(path)
-    colours = theme_of(theme)
-    figure = colours.figure(11.0, 6.0, title)
-    axes = figure.subplot_mosaic("AB;AC")
-    unit = f" [{with_superscripts(locus.unit)}]" if locus.unit not in ("", "1") else ""
+    sheet = Sheet(path, "Stability", **options)
+    axes, colours = sheet.figure(11.0, 6.0).subplot_mosaic("AB;AC"), sheet.colours
     for drawn_locus, dashed in ((locus, False), (second, True)):
         if drawn_locus is not None:
             _draw_branches(axes, drawn_locus, colours, dashed)
     plane, above, below = axes["A"], axes["B"], axes["C"]
     if locus.quantity == "poles":
         plane.axvline(0.0, color=colours.faint, linewidth=0.9)
-        plane.set_xlabel("growth [1/s]")
-        plane.set_ylabel("frequency [Hz]")
+        plane.set(xlabel="growth [1/s]", ylabel="frequency [Hz]")
         above.set_ylabel("frequency [Hz]")
         below.set_ylabel("growth [1/s]")
         below.axhline(0.0, color=colours.faint, linewidth=0.9)
@@ -180,12 +97,11 @@ def plot_locus(
         turn = np.linspace(0, 2 * np.pi, 200)
         plane.plot(np.cos(turn), np.sin(turn), color=colours.faint, linewidth=0.9)
         plane.set_aspect("equal", adjustable="datalim")
-        plane.set_xlabel("real part")
-        plane.set_ylabel("imaginary part")
+        plane.set(xlabel="real part", ylabel="imaginary part")
         above.set_ylabel("size")
         above.axhline(1.0, color=colours.faint, linewidth=0.9)
         below.set_ylabel("angle [deg]")
-    below.set_xlabel(locus.name + unit)
+    below.set_xlabel(labelled(locus.name, locus.unit))
     above.sharex(below)
     below.set_xlim(locus.values[0], locus.values[-1])
     for ax in (above, below):
@@ -201,10 +117,10 @@ def plot_locus(
             text.set_color(colours.text)
     for ax in axes.values():
         finish(ax, (), colours)
-    return save_figure(figure, path, dpi, force)
+    return sheet.save()
 
 
-def _draw_branches(axes: dict[str, Axes], locus: LocusData, colours: Theme, dashed: bool) -> None:
+def _draw_branches(axes: dict[str, Axes], locus: Any, colours: Theme, dashed: bool) -> None:
     """Draw the branches of a locus, without poles below the real axis; a ring at each start, a dot at each end."""
     poles = locus.quantity == "poles"
     labels: list[tuple[str, float, float, str]] = []
@@ -238,16 +154,12 @@ def _name_branches(ax: Axes, labels: list[tuple[str, float, float, str]], colour
     (left_limit, right_limit), (low, high) = ax.get_xlim(), ax.get_ylim()
     groups: list[list[tuple[str, float, float, str]]] = []
     for label in sorted(labels, key=lambda branch: branch[2]):
-        overlapping = [
-            group
-            for group in groups
-            if any(
-                abs(label[1] - x) < NEAR * (right_limit - left_limit) and abs(label[2] - y) < 0.4 * NEAR * (high - low)
-                for _, x, y, _ in group
-            )
-        ]
-        if overlapping:
-            overlapping[0].append(label)
+        x0, y0 = label[1:3]
+        width, height = NEAR * (right_limit - left_limit), 0.4 * NEAR * (high - low)
+        for group in groups:
+            if any(abs(x0 - x) < width and abs(y0 - y) < height for _, x, y, _ in group):
+                group.append(label)
+                break
         else:
             groups.append([label])
     for group in groups:
@@ -277,14 +189,11 @@ def _joined_names(names: list[str]) -> str:
             runs[-1][1].append(int(number))
         else:
             runs.append((kind, [int(number)]) if kind and number.isdigit() else (name, []))
-    texts = [
-        f"{kind} {numbers[0]}" + f" to {numbers[-1]}" * (len(numbers) > 1) if numbers else kind
-        for kind, numbers in runs
-    ]
-    return ", ".join(texts)
+    ranges = [" to ".join(map(str, dict.fromkeys(numbers[:1] + numbers[-1:]))) for _, numbers in runs]
+    return ", ".join(f"{kind} {text}".strip() for (kind, _), text in zip(runs, ranges, strict=True))
 
 
-def _extent(chart: ChartData) -> tuple[float, float, float, float]:
+def _extent(chart: Any) -> tuple[float, float, float, float]:
     """The grid's cells about its points."""
     (a, b), (c, d) = ((values[0], values[-1]) for values in (chart.first_values, chart.second_values))
     h, k = (b - a) / (len(chart.first_values) - 1) / 2, (d - c) / (len(chart.second_values) - 1) / 2
@@ -293,7 +202,3 @@ def _extent(chart: ChartData) -> tuple[float, float, float, float]:
 
 def _shade(name: str, colours: Theme) -> str:
     return colours.trace if name == "trace" else colours.lines[int(name.removeprefix("lines"))]
-
-
-def _labelled(name: str, unit: str) -> str:
-    return f"{name} [{with_superscripts(unit)}]" if unit not in ("", "1") else name

@@ -1,19 +1,19 @@
-"""Picture of the balance of terms of a motion: the generalised forces on each coordinate, stacked, and their sum."""
+"""Pictures of what drives a motion: the terms on each coordinate, stacked, with their sum; torques by source."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
 from femflex.arrays import Array, IntArray
 from femflex.results import Run
-from femflex.view.plot import HEIGHT, TITLE, WIDTH, finish, save_figure, with_superscripts
-from femflex.view.second_run import title_of
-from femflex.view.theme import Theme, theme_of
+from femflex.view.plot import HEIGHT, TITLE, WIDTH, PlotOptions, Sheet, finish, title_of, with_superscripts
+from femflex.view.surroundings import shade_eclipses
+from femflex.view.theme import Theme
 from femflex.view.units import time_unit
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ CHUNKS, QUIET = 30, 10.0  # intervals of the run whose largest values are compar
 WIDE = 10.0  # times the quiet values: larger ones are drawn on a logarithmic scale beyond the quiet ones
 RARE, SPIKE = 2.0, 2.5  # percent of the instants; spikes this many times beyond the other values are cut off
 STRIP, STACK = 0.5, 1.35  # heights of the strip of the motion and of the stack, in those of a plot's axes
+DASHES = ("-", "--", ":")  # of the curves, when their colours are used up
 
 
 @dataclass(frozen=True)
@@ -45,10 +46,7 @@ def plot_terms(
     split_terms: Mapping[str, Array],
     coordinates: Sequence[CoordinateTerms],
     path: str | Path,
-    theme: str = "light",
-    title: str | None = None,
-    dpi: int = 150,
-    force: bool = False,
+    **options: Unpack[PlotOptions],
 ) -> Path:
     """Path of a picture (.png or .svg): for each coordinate its motion, and below it the generalised forces on it.
 
@@ -57,10 +55,11 @@ def plot_terms(
     is the line; all other terms are on the other side of the equation, positive contributions stacked upwards and
     negative ones downwards.
     """
-    colours = theme_of(theme)
+    sheet = Sheet(path, title_of(run), **options)
+    colours = sheet.colours
     colours_of_terms = _term_colours(split_terms, coordinates, colours)
     height = (STRIP + STACK) * HEIGHT * len(coordinates) + TITLE
-    figure = colours.figure(WIDTH + 1.0, height, title_of(run) if title is None else title)
+    figure = sheet.figure(WIDTH + 1.0, height)
     ratios = [STRIP, STACK] * len(coordinates)
     axes = figure.subplots(2 * len(coordinates), 1, sharex=True, squeeze=False, height_ratios=ratios)[:, 0]
     seconds, unit = time_unit(float(np.ptp(time)))
@@ -69,7 +68,7 @@ def plot_terms(
         _draw_coordinate(strip, run, rows, time / seconds, coordinate, colours)
         _draw_stack(stack, time / seconds, split_terms, coordinate, colours_of_terms, colours)
     axes[-1].set_xlabel(f"time [{unit}]")
-    return save_figure(figure, path, dpi, force)
+    return sheet.save()
 
 
 def readable_name(name: str) -> str:
@@ -211,3 +210,41 @@ def _cut_spikes(ax: Axes, time: Array, high: Array, low: Array, unit: str, colou
         f"the farthest at {largest_time:.3g}"
     )
     _note(ax, text, colours)
+
+
+def plot_budget(
+    run: Run,
+    time: Array,
+    torques: Mapping[str, Array],
+    momentum: Array,
+    path: str | Path,
+    **options: Unpack[PlotOptions],
+) -> Path:
+    """Path of a picture (.png or .svg): three axes of torques by source, and one of the momentum of their sum.
+
+    time (n_t,) [s] of the budget; torques (n_t, 3) [N m] by source, the sum under "sum"; momentum (n_t, 3) of the sum,
+    inertial axes [N m s]. Where the run reports a sun, times in eclipse have a darker background.
+    """
+    sheet = Sheet(path, title_of(run), **options)
+    axes, colours = sheet.rows(4), sheet.colours
+    seconds, unit = time_unit(float(np.ptp(time)))
+    t = time / seconds
+    limit = 1.1 * max(float(np.abs(torque).max()) for torque in torques.values()) or 1.0
+    count = len(colours.lines)
+    for k, axis in enumerate("xyz"):
+        for i, (name, torque) in enumerate(torques.items()):
+            style: dict[str, Any] = {"color": colours.lines[i % count], "ls": DASHES[i // count % len(DASHES)]}
+            if name == "sum":
+                style = {"color": colours.text, "lw": 1.6}
+            axes[k].plot(t, torque[:, k], label=name.removeprefix("effectors/"), **style)
+        axes[k].set_ylabel(f"torque {axis} [N m]")
+        axes[k].set_ylim(-limit, limit)
+    for k, axis in enumerate("XYZ"):
+        axes[3].plot(t, momentum[:, k], color=colours.lines[k], label=axis)
+    axes[3].set_ylabel("momentum [N m s]")
+    axes[3].set_xlabel(f"time [{unit}]")
+    for ax in axes:
+        ax.set_xlim(t[0], t[-1])
+        shade_eclipses(ax, run, seconds, colours)
+        finish(ax, range(2), colours)
+    return sheet.save()

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femflex.studies.sweep.design import member_values
-from femflex.studies.sweep.member import Plan, run_member
-from femflex.studies.sweep.sweep import plan_sweep, usable_cores
+from femflex.studies.sweep.member import Plan, member_values, run_member
+from femflex.studies.sweep.sweep import plan_sweep
+from femflex.worker_processes import usable_cores
 
 DISPERSION = Path(__file__).parents[2] / "cases" / "studies" / "panel_dispersion.toml"
 AT_MOST = 5.0  # ms of processor time of a member whose run is two rows

@@ -11,7 +11,7 @@ import pytest
 from support.mutations import CASES, VALUES, mutated, mutation_folder, places, raw_case, renamed, toml
 
 from femflex.cli.check import examine_case
-from femflex.cli.errors import meaning
+from femflex.cli.verb import meaning
 
 KEYS = ["", ".", "a/b", "\x00", "\u00e9", "x" * 3000, "a b", "kind"]
 

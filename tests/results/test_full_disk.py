@@ -27,7 +27,7 @@ import numpy as np
 from scipy.sparse import csr_array
 import femflex
 from femflex import matrices, mesh, reduction, results, system
-from femflex.cli.errors import meaning
+from femflex.cli.verb import meaning
 from femflex.studies.linear import StateSpace, save_model
 from femflex.view import plot_histories
 square = mesh.rectangle(1.0, 1.0, 20, 20)

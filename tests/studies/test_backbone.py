@@ -22,8 +22,7 @@ from femflex.reduction import (
     with_derivatives,
 )
 from femflex.studies import backbone
-from femflex.studies.fixed_frame_motion import FixedFrameMotion
-from femflex.studies.harmonic_balance import HarmonicBalance
+from femflex.studies.harmonic_balance import FixedFrameMotion, HarmonicBalance
 from femflex.system import System, weld
 
 H = 0.004

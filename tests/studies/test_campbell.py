@@ -17,7 +17,7 @@ from femflex.case.read import parse_case
 from femflex.case.stability import stability_table
 from femflex.dynamics.linear.equilibrium import EquilibriumError
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body
-from femflex.studies.campbell import axis_of, campbell, case_campbell, case_spins, diagram_of, value_diagram
+from femflex.studies.campbell import axis_of, campbell, case_campbell, case_steps, diagram_of, value_diagram
 from femflex.studies.stability import case_stability
 from femflex.studies.stability.judgement import NONE, STATIC
 from femflex.system import System, revolute, weld
@@ -374,5 +374,5 @@ def test_diagram_of_a_case_about_its_axis(tmp_path):
         met = [(crossing.order, crossing.speed) for crossing in spin_diagram.crossings]
         assert met == [(n, pytest.approx(np.sqrt(4 / (n**2 + 0.36)), rel=1e-6)) for n in (2, 1)]
     assert progress_values == [0, 1, 3] * 3
-    unfinished = diagram_of(case, list(case_spins(case))[:2], complete=False)
+    unfinished = diagram_of(case, list(case_steps(case))[:2], complete=False)
     assert not unfinished.complete and unfinished.speeds.tolist() == [0, 1]

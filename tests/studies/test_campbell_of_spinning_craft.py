@@ -17,8 +17,7 @@ from femflex.dynamics.linear.equations import linearised
 from femflex.dynamics.linear.equilibrium import equilibrium
 from femflex.mesh import line, write_mesh
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body
-from femflex.studies.campbell import campbell
-from femflex.studies.campbell.sweep import spins
+from femflex.studies.campbell import campbell, spin_steps
 from femflex.system import Frame, System, free, revolute, weld
 
 SPEEDS = np.array([0.0, 0.2, 0.5, 1.0])
@@ -168,8 +167,8 @@ def blade(folder, hub=0.0, lag=1.9, setting=0.0, modes=4, more=""):
 def frequencies(system, count):
     """(n_speeds, count) the lowest, about the steady state at each speed."""
     frequencies_by_speed = {
-        spin.speed: np.sort(spin.vibration.eigenvalues.imag[spin.vibration.eigenvalues.imag > 0])[:count]
-        for spin, _ in spins(system, np.array([0, 0, 1.0]), BLADE_SPEEDS, 6)
+        spin.value: np.sort(spin.vibration.eigenvalues.imag[spin.vibration.eigenvalues.imag > 0])[:count]
+        for spin in spin_steps(system, np.array([0, 0, 1.0]), BLADE_SPEEDS, 6)
         if spin.requested
     }
     return np.array([frequencies_by_speed[speed] for speed in BLADE_SPEEDS])

@@ -22,7 +22,7 @@ from femflex.studies.linear import (
     poles_of,
     transmission_zeros,
 )
-from femflex.studies.linear.root_locus import root_locus
+from femflex.studies.linear.poles import root_locus
 from femflex.system import Environment, Load, Profile, System, prismatic, revolute, spherical, weld
 
 BEAM = UniformBeam(1.0, EA=1e4, EIy=10.0, EIz=1.0, GJ=10.0, mass_per_length=1.0, rotary_inertia=False)

@@ -21,8 +21,7 @@ from femflex.dynamics import compile_system
 from femflex.rotations import dcm_from_quaternion
 from femflex.studies.floquet import floquet
 from femflex.studies.stability import Chart, Locus, case_stability, equilibrium_stability, stability_chart
-from femflex.studies.stability.affine import AffineChart
-from femflex.studies.stability.gravity_gradient import craft_inertia, moments_from_ratios, with_ratios
+from femflex.studies.stability.inertia_ratios import AffineChart, craft_inertia, moments_from_ratios, with_ratios
 from femflex.studies.stability.judgement import NONE, STATIC, UNSTABLE, Judgement
 from femflex.system import Frame, Load, Orbit, System, revolute, spherical, weld
 

@@ -19,14 +19,12 @@ from typer.testing import CliRunner
 from femflex.case.read import parse_case
 from femflex.case.sweep import parse_sweep
 from femflex.cli.app import app
-from femflex.cli.errors import meaning
+from femflex.cli.verb import meaning
 from femflex.studies import plan_study
 from femflex.studies.study import Study
 from femflex.studies.sweep import open_sweep, sweep
-from femflex.studies.sweep.design import member_values, sobol_indices_of, unit_samples
-from femflex.studies.sweep.journal import journal_of
-from femflex.studies.sweep.member import run_member
-from femflex.studies.sweep.sweep import plan_sweep
+from femflex.studies.sweep.member import member_values, run_member, sobol_indices_of, unit_samples
+from femflex.studies.sweep.sweep import journal_of, plan_sweep
 
 SPUN = """
 title = "a wheel that is spun up"

@@ -168,7 +168,7 @@ def panel():
 
 @pytest.mark.parametrize("theme", ["dark"])
 def test_montage_has_a_tile_for_every_shape(tmp_path, boom, theme):
-    image = pixels_of(mode_montage(boom, tmp_path / "a.png", theme=theme, tile=TILE))
+    image = pixels_of(mode_montage(boom, tmp_path / "a.png", theme=theme, size=TILE))
     assert image.shape == (300, 400, 3)
     tiles = [image[r : r + 150, c : c + 200] for r in (0, 150) for c in (0, 200)]
     assert all(np.ptp(tile, axis=2).max() > 80 for tile in tiles)  # coloured by displacement

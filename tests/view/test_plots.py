@@ -13,7 +13,7 @@ from femflex.rotations import angles_from_dcm, dcm_from_angles, is_symmetric
 from femflex.system import Channel
 from femflex.view import plot_histories, plot_spectra, plot_spectrograms
 from femflex.view.curves import continuous_angles
-from femflex.view.spectrogram import spectrogram
+from femflex.view.spectra import spectrogram
 
 
 def test_default_plot(tmp_path, run, drawn_figure):

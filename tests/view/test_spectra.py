@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from femflex.view.spectrogram import spectrogram
-from femflex.view.spectrum import amplitude_spectrum
+from femflex.view.spectra import amplitude_spectrum, spectrogram
 
 
 @pytest.mark.parametrize("frequency", [0.83, 2.417, 7.9])

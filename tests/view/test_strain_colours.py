@@ -239,7 +239,7 @@ def test_pictures_and_movies_are_drawn(swinging, tmp_path, colour):
 def test_modes_are_coloured_by_strain(tmp_path):
     body = plate_and_beam()
     images = [
-        np.asarray(Image.open(mode_montage(body, tmp_path / f"{k}.png", [1, 2], colour=colour, tile=(200, 150))), int)
+        np.asarray(Image.open(mode_montage(body, tmp_path / f"{k}.png", [1, 2], colour=colour, size=(200, 150))), int)
         for k, colour in enumerate(["displacement", "energy:plate", "strain:curvature_xx"])
     ]
     assert all(np.abs(a - b).max() > 80 for a, b in pairwise(images))

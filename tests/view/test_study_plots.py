@@ -16,7 +16,7 @@ from femflex.studies.stability.judgement import STATIC, UNSTABLE, Judgement
 from femflex.system import System, revolute, weld
 from femflex.view.bode import plot_bode, plot_nichols
 from femflex.view.campbell import plot_campbell
-from femflex.view.convergence import plot_convergence
+from femflex.view.convergence import plot_studies
 from femflex.view.stability import plot_chart, plot_locus
 from femflex.view.sweep_plots import plot_envelopes, plot_indices, plot_scatter
 from femflex.view.theme import THEMES
@@ -199,7 +199,7 @@ def test_convergence_picture_has_values_errors_and_limit(tmp_path, drawn_figure)
     study_result = convergence(
         parse_case(run + clamped_rod('{ y = 2, family = "polynomial" }') + study), "modes", [1, 2, 3, 4]
     )
-    plot_convergence(study_result, tmp_path / "a.svg")
+    plot_studies([study_result], tmp_path / "a.svg")
     above, below = drawn_figure().axes
     lines = {line.get_label(): data(line) for ax in (above, below) for line in ax.lines}
     np.testing.assert_allclose(lines["value"], np.column_stack([study_result.counts, study_result.values]))

@@ -2,26 +2,33 @@
 
 from __future__ import annotations
 
-from femflex.studies.campbell.crossings import Crossing
-from femflex.studies.campbell.diagram import Branch, Campbell, assembled_diagram, campbell
-from femflex.studies.campbell.of_case import axis_of, case_campbell, case_spins, diagram_of, resolve_campbell_case
-from femflex.studies.campbell.over_value import value_diagram, value_motions, with_value_axis
-from femflex.studies.campbell.sweep import Spin, spins
+from femflex.studies.campbell.diagram import Branch, Campbell, Crossing, assembled_diagram, campbell, spin_steps
+from femflex.studies.campbell.of_case import (
+    MODES,
+    axis_of,
+    case_campbell,
+    case_steps,
+    diagram_of,
+    resolve_campbell_case,
+    value_diagram,
+    value_steps,
+)
+from femflex.studies.tracking import Step
 
 __all__ = [
+    "MODES",
     "Branch",
     "Campbell",
     "Crossing",
-    "Spin",
+    "Step",
     "assembled_diagram",
     "axis_of",
     "campbell",
     "case_campbell",
-    "case_spins",
+    "case_steps",
     "diagram_of",
     "resolve_campbell_case",
-    "spins",
+    "spin_steps",
     "value_diagram",
-    "value_motions",
-    "with_value_axis",
+    "value_steps",
 ]

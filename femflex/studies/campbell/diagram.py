@@ -2,24 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq
 
 from femflex.arrays import Array, BoolArray, ComplexArray, IntArray
-from femflex.dynamics.linear.character import numbered_names
+from femflex.dynamics.linear.character import motion_character, numbered_names
+from femflex.dynamics.linear.equilibrium import EquilibriumError, equilibrium
 from femflex.dynamics.linear.rigid_motions import WOBBLE
 from femflex.dynamics.linear.small_motions import GROWING
-from femflex.studies.campbell.crossings import Crossing, crossings
-from femflex.studies.campbell.matching import Match
-from femflex.studies.campbell.sweep import Spin, spins
-from femflex.system import System
+from femflex.dynamics.linear.still import frozen_system
+from femflex.studies.tracking import Step, branch_indices, tracked_steps
+from femflex.system import Frame, System, started
 
 SAME = 1e-9  # relative difference of two speeds that are the same
 UNDAMPED = 1e-9  # damping ratio that is rounding of the eigenvalues
+ROUNDING = 1e-12  # of a squared frequency: a sample this close to a multiple of the spin is a crossing itself
+BESIDE = 1e-6  # of a critical speed: how far below it the small motions are taken in its place
+NOTHING = (
+    "the craft has no vibration: its bodies are rigid, and its joints are welded, prescribed or without springs; a "
+    "Campbell diagram needs a flexible body or a sprung joint"
+)
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """A branch at the frequency of an excitation that comes `order` times in every turn."""
+
+    branch: str
+    order: int
+    speed: float  # rad/s
+    frequency: float  # Hz
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,68 +171,103 @@ def campbell(
     Raises ValueError for a craft that cannot spin steadily, EquilibriumError where it finds no equilibrium
     at the first or the last speed; critical speeds between them are skipped and marked.
     """
-    matched_spins = list(spins(system, np.asarray(axis, float), speeds, modes, at, progress))
-    return assembled_diagram(matched_spins, modes, orders, title)
+    steps = list(spin_steps(system, np.asarray(axis, float), speeds, modes, at, progress))
+    return assembled_diagram(steps, modes, orders, title)
+
+
+def spin_steps(
+    system: System,
+    axis: Array,
+    speeds: Sequence[float],
+    count: int,
+    at: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Iterator[Step]:
+    """Every steady spin about the axis (3,) in turn, its vibrations linked with those of the one before.
+
+    Speeds [rad/s] are added between two whose `count` lowest shapes differ too much. A critical speed, at which the
+    stiffness of the spinning craft is singular, is skipped. Raises ValueError for a craft that cannot spin steadily or
+    has nothing that vibrates, EquilibriumError where the first or the last speed has no equilibrium.
+    """
+    if system.loops:
+        raise ValueError(
+            f"{', '.join(repr(loop.label) for loop in system.loops)} close loops, and the shapes of a Campbell diagram "
+            "are followed for trees of bodies alone; remove the loops, or use femflex equilibrium at single speeds"
+        )
+    if not any(body.n_modes for body in system.bodies.values()) and all(
+        joint.n_u == len(joint.prescribed) for joint in system.joints
+    ):
+        raise ValueError(NOTHING)
+    still = frozen_system(replace(system, frame=frame_of(axis, speeds[0])), at)
+
+    def step_at(speed: float, state: Array | None, requested: bool) -> Step:
+        try:
+            return _steady_spin(still, axis, speed, state, requested)
+        except EquilibriumError:
+            if state is None:
+                raise
+            below = _steady_spin(still, axis, speed * (1.0 - BESIDE), state, requested)
+            return replace(below, value=speed, critical=True)
+
+    yield from tracked_steps(step_at, speeds, count, progress, passing=True)
+
+
+def _steady_spin(system: System, axis: Array, speed: float, state: Array | None, requested: bool) -> Step:
+    """The steady spin nearest to a state (n_x,) [SI], or to the initial one."""
+    spun = replace(system, frame=frame_of(axis, speed))
+    if state is not None:  # wheels coast in the steady state, and start as their tables say at every speed
+        n = len(spun.coordinate_names()) + len(spun.velocity_names())
+        spun = replace(started(spun, np.concatenate([state[:n], spun.initial_state()[n:]])), z0=spun.z0)
+    try:
+        balance = equilibrium(spun)
+    except EquilibriumError as error:
+        raise EquilibriumError(f"at a spin of {speed:.6g} rad/s {error}", error.last) from None
+    motions = balance.motions.of_craft()
+    if speed > 0 and not len(motions.eigenvalues):
+        raise ValueError(NOTHING)
+    return Step(speed, requested, balance.x, motions, motion_character(balance.model, motions, axis).words)
+
+
+def frame_of(axis: Array, speed: float) -> Frame:
+    """The base frame that spins about the axis (3,) [rad/s]."""
+    return Frame("spinning", np.asarray(axis, float) / np.linalg.norm(axis) * speed)
 
 
 def assembled_diagram(
-    matched_spins: Sequence[tuple[Spin, Match | None]],
+    steps: Sequence[Step],
     modes: int,
     orders: Sequence[int],
     title: str = "",
     complete: bool = True,
+    value: str = "",
+    unit: str = "rad/s",
 ) -> Campbell:
-    """The diagram of consecutive spins: all of them, or those before an interruption."""
-    steps = [spin for spin, _ in matched_spins]
-    speeds = np.array([spin.speed for spin in steps])
-    indices = branch_indices(matched_spins)
+    """The diagram of consecutive steps: all of them, or those before an interruption.
+
+    value, unit: key path and unit of the value on its axis, for one over another value than the speed.
+    """
+    speeds, indices = np.array([step.value for step in steps]), branch_indices(steps)
     grows = np.array(
         [any(k >= 0 and s.vibration.growing[k] for s, k in zip(steps, row, strict=True)) for row in indices]
     )
     indices = indices[((indices >= 0) & (indices < modes)).any(axis=1) | grows]
-    branches = tuple(sorted((_branch(steps, row) for row in indices), key=_sort_key))
-    named_branches = tuple(_with_names(branches))
-    found_crossings = (
-        []
-        if not orders
-        else [
-            point
-            for branch in named_branches
-            for point in crossings(branch.name, speeds, branch.frequencies, list(orders))
-        ]
-    )
-    requested = np.array([spin.requested for spin in steps])
+    branches = tuple(_with_names(sorted((_branch(steps, row) for row in indices), key=_sort_key)))
+    met = [point for b in branches for point in crossings(b.name, speeds, b.frequencies, list(orders))]
     rigid = tuple(dict.fromkeys(motion.name for motion in steps[-1].vibration.known))
-    critical = tuple(v for s in steps for v in (*s.passed, *([s.speed] if s.critical and s.requested else [])))
-    found_crossings.sort(key=lambda crossing: crossing.speed)
+    critical = tuple(v for s in steps for v in (*s.passed, *([s.value] if s.critical and s.requested else [])))
     return Campbell(
-        title, speeds, requested, named_branches, tuple(orders), tuple(found_crossings), complete, rigid, critical
-    )
+        title, speeds, np.array([step.requested for step in steps]), branches, tuple(orders),
+        tuple(sorted(met, key=lambda crossing: crossing.speed)), complete, rigid, critical, value, unit,
+    )  # fmt: skip
 
 
-def branch_indices(matched_spins: Sequence[tuple[Spin, Match | None]]) -> IntArray:
-    """Index (n_branches, n_spins) of every branch among the vibrations of each spin; -1 where it does not exist.
-
-    A branch ends where no shape continues it, and starts at a shape that continues none: the wobble of a free craft and
-    the motions of free joints are drift at rest, and oscillate when the craft spins.
-    """
-    rows = [[k] for k in range(len(matched_spins[0][0].vibration.eigenvalues))]
-    for k, (spin, match_to_last) in enumerate(matched_spins[1:], start=1):
-        assert match_to_last is not None
-        for row in rows:
-            row.append(int(match_to_last.to[row[-1]]) if row[-1] >= 0 else -1)
-        continued = {row[-1] for row in rows}
-        rows += [[-1] * k + [new] for new in range(len(spin.vibration.eigenvalues)) if new not in continued]
-    return np.array(rows, np.int64).reshape(len(rows), len(matched_spins))
-
-
-def _branch(steps: Sequence[Spin], row: IntArray) -> Branch:
+def _branch(steps: Sequence[Step], row: IntArray) -> Branch:
     """The branch of these indices, without a name."""
     pairs = list(zip(steps, row, strict=True))
     values = np.array([s.vibration.eigenvalues[k] if k >= 0 else complex(np.nan, np.nan) for s, k in pairs])
     words = tuple(s.words[k] if k >= 0 else "" for s, k in pairs)
     growing = np.array([bool(k >= 0 and s.vibration.growing[k]) for s, k in pairs])
-    if steps[0].speed == 0 and row[0] < 0 and words[1:2] == (WOBBLE,):
+    if steps[0].value == 0 and row[0] < 0 and words[1:2] == (WOBBLE,):
         values[0], words = 0.0, (WOBBLE, *words[1:])  # in proportion to the speed
     return Branch("", values, words, growing)
 
@@ -235,3 +289,28 @@ def _with_names(branches: Sequence[Branch]) -> list[Branch]:
         characters = [word for word in branch.characters[: 2 + branch.characters.count("")] if word]
         words.append(characters[min(1, len(characters) - 1)])
     return [replace(branch, name=name) for branch, name in zip(branches, numbered_names(words), strict=True)]
+
+
+def crossings(branch: str, speeds: Array, frequencies: Array, orders: list[int]) -> list[Crossing]:
+    """The crossings of a branch's frequencies (n,) [Hz] over speeds (n,) [rad/s], by rising speed.
+
+    Between speeds the squares are interpolated, which centrifugal stiffening makes nearly straight.
+    """
+    swings = frequencies > 0
+    intervals = np.flatnonzero(np.diff(np.concatenate([[False], swings, [False]]).astype(int))).reshape(-1, 2)
+    out = []
+    for start, end in intervals:
+        if end - start < 2:
+            continue
+        z, y = speeds[start:end] ** 2, (2 * np.pi * frequencies[start:end]) ** 2
+        curve = CubicSpline(z, y) if len(z) > 3 else lambda square, z=z, y=y: np.interp(square, z, y)
+        out += [point for order in orders for point in _crossings_of_order(branch, order, z, y, curve)]
+    return sorted(out, key=lambda crossing: crossing.speed)
+
+
+def _crossings_of_order(branch: str, order: int, z: Array, y: Array, curve: object) -> list[Crossing]:
+    gap = np.where(np.abs(y - order**2 * z) > ROUNDING * y, y - order**2 * z, 0.0)
+    squares = [float(s) for s in z[gap == 0]]
+    for k in np.flatnonzero(gap[:-1] * gap[1:] < 0):
+        squares.append(brentq(lambda s: float(curve(s)) - order**2 * s, z[k], z[k + 1]))  # type: ignore[operator]
+    return [Crossing(branch, order, math.sqrt(s), order * math.sqrt(s) / (2 * math.pi)) for s in squares]

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
+from femflex.studies.linear.files import save_model
 from femflex.studies.linear.linear_model import LinearModel, linear_model
-from femflex.studies.linear.poles import Pole, poles_of
-from femflex.studies.linear.root_locus import RootLocus, root_locus
+from femflex.studies.linear.poles import Pole, RootLocus, poles_of, root_locus
 from femflex.studies.linear.sampled import Margins, SampledModel, margins, sampled_model
-from femflex.studies.linear.saved import save_model
 from femflex.studies.linear.space import StateSpace
-from femflex.studies.linear.truncated import Truncated, balanced_truncation, modal_truncation
-from femflex.studies.linear.zeros import transmission_zeros
+from femflex.studies.linear.truncated import Truncated, balanced_truncation, modal_truncation, transmission_zeros
 
 __all__ = [
     "LinearModel",

@@ -35,12 +35,7 @@ def growing_loops(system: System, duration: float) -> list[Advice]:
     system = with_held_commands(system, loops=False)
     if not laws or len(system.all_state_names()) > MANY:
         return []
-    system = replace(
-        system,
-        effectors=tuple(
-            _without_commands(effector) if isinstance(effector, Effector) else effector for effector in system.effectors
-        ),
-    )
+    system = _silenced(system, controllers=False)
     try:
         growth, frequency, open_growth = _sampled_growth(system) if system.controllers else _continuous_growth(system)
     except (ValueError, KeyError, ArithmeticError, EquilibriumError, np.linalg.LinAlgError):
@@ -59,9 +54,8 @@ def growing_loops(system: System, duration: float) -> list[Advice]:
 
 def _continuous_growth(system: System) -> tuple[float, float, float]:
     """Fastest growth [1/s] with its frequency [Hz], and that without the controllers."""
-    effectors = tuple(_controller_off(e) if isinstance(e, Effector) else e for e in system.effectors)
     results = []
-    for variant in (system, replace(system, effectors=effectors)):
+    for variant in (system, _silenced(system, controllers=True)):
         poles = [pole for pole in poles_of(linear_model(variant, inputs=[])) if not pole.rigid]
         largest = max((abs(pole.value) for pole in poles), default=0.0)
         fastest = max(poles, key=lambda pole: pole.value.real, default=None)
@@ -70,14 +64,15 @@ def _continuous_growth(system: System) -> tuple[float, float, float]:
     return *results[0], results[1][0]
 
 
-def _without_commands(effector: Effector) -> Effector:
-    """A signal over time at zero, a timed thruster without thrust; any other effector as it is."""
-    return effector.silent() if effector.silent is not None and effector.kind != "controller" else effector
-
-
-def _controller_off(effector: Effector) -> Effector:
-    """A controller whose outputs are zero; any other effector as it is."""
-    return effector.silent() if effector.silent is not None and effector.kind == "controller" else effector
+def _silenced(system: System, controllers: bool) -> System:
+    """The system with outputs of controllers at zero, or else signals over time at zero and timed thrusters off."""
+    effectors = tuple(
+        item.silent()
+        if isinstance(item, Effector) and item.silent is not None and (item.kind == "controller") == controllers
+        else item
+        for item in system.effectors
+    )
+    return replace(system, effectors=effectors)
 
 
 def _sampled_growth(system: System) -> tuple[float, float, float]:

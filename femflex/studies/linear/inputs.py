@@ -93,37 +93,28 @@ def _with_effort(joint: Joint, k: int, value: float, amount: float) -> Joint:
 def all_inputs(system: System) -> dict[str, Input]:
     """All possible inputs of a system by path."""
     inputs: list[Input] = []
-    mass = sum(body.moments.mass for body in system.bodies.values())
-    for load in system.loads:
-        for quantity, unit in UNITS.items():
-            components = [f"{quantity}:{axis}" for axis in XYZ]
-            inputs += [
-                Input(f"loads/{load.name}/{component}", unit, "load", load.name, component, max(1.0, mass))
-                for component in components
-            ]
+    largest = max(1.0, sum(body.moments.mass for body in system.bodies.values()))
+    owners = [("load", load.name, f"loads/{load.name}") for load in system.loads]
     for name, body in system.bodies.items():
-        for marker in body.markers:
-            owner, label = f"{name}.{marker}", marker_label(system.segments, name, marker)
-            for quantity, unit in UNITS.items():
-                components = [f"{quantity}:{axis}" for axis in XYZ]
-                inputs += [Input(f"markers/{label}/{p}", unit, "marker", owner, p, max(1.0, mass)) for p in components]
+        labels = {marker: marker_label(system.segments, name, marker) for marker in body.markers}
+        owners += [("marker", f"{name}.{marker}", f"markers/{label}") for marker, label in labels.items()]
+    for kind, owner, path in owners:
+        components = [(f"{quantity}:{axis}", unit) for quantity, unit in UNITS.items() for axis in XYZ]
+        inputs += [
+            Input(f"{path}/{component}", unit, kind, owner, component, largest) for component, unit in components
+        ]
     for joint in system.joints:
         for k, name in enumerate(joint.freedom_names()):
             turns = k >= len(joint.translations)
             if k in joint.prescribed:
-                unit = "rad/s^2" if turns else "m/s^2"
-                inputs.append(Input(f"motions/{name}", unit, "motion", name, "", 1.0))
+                inputs.append(Input(f"motions/{name}", "rad/s^2" if turns else "m/s^2", "motion", name, "", 1.0))
             else:
-                inputs.append(
-                    Input(f"joints/{name}/effort", "N m" if turns else "N", "effort", name, "", max(1.0, mass))
-                )
+                inputs.append(Input(f"joints/{name}/effort", "N m" if turns else "N", "effort", name, "", largest))
     for effector in system.effectors:
         if isinstance(effector, Effector) and is_input(effector):
-            signals = {"value": effector.channels["value"]} if effector.kind == "signal" else dict(effector.channels)
-            inputs += [
-                Input(f"effectors/{effector.name}/{c}", u, "effector", effector.name, c, STEP * SIZE)
-                for c, u in signals.items()
-            ]
+            for channel in ("value",) if effector.kind == "signal" else effector.channels:
+                path, unit = f"effectors/{effector.name}/{channel}", effector.channels[channel]
+                inputs.append(Input(path, unit, "effector", effector.name, channel, STEP * SIZE))
     return {entry.path: entry for entry in inputs}
 
 

@@ -105,12 +105,8 @@ def sampled_model(system: System) -> SampledModel:
     model = compile_system(_with_controllers(balanced, system))
     x = _state_with_controllers(model, about.state_in(compile_system(balanced)), balanced)
     names = [name for name, _ in model.system.state_names()]
-    sampled_states = [
-        names.index(name)
-        for item in model.system.controllers
-        for name, _ in item.state_names()
-        if not name.endswith(".next")
-    ]
+    stored = [name for item in model.system.controllers for name, _ in item.state_names()]
+    sampled_states = [names.index(name) for name in stored if not name.endswith(".next")]
     builder = _SampledBuilder(model, x, np.array(sampled_states, int))
     flow = builder.flow()
     E = np.asarray(expm(flow * period))
@@ -162,10 +158,8 @@ def _period(system: System) -> float:
         raise ValueError("the craft has no sampled controller; give one a period, or take the linear model")
     reference = system.controllers[0]
     for controller in system.controllers:
-        if (
-            abs(controller.period - reference.period) > SAME * reference.period
-            or abs(controller.start - reference.start) > SAME * reference.period
-        ):
+        differences = controller.period - reference.period, controller.start - reference.start
+        if max(map(abs, differences)) > SAME * reference.period:
             raise ValueError(
                 f"controllers {reference.name!r} and {controller.name!r} are called every {reference.period:g} "
                 f"s from {reference.start:g} s and every {controller.period:g} s from {controller.start:g} s; a "
@@ -176,23 +170,18 @@ def _period(system: System) -> float:
 
 def _with_controllers(balanced: System, system: System) -> System:
     """The system at rest with the sampled controllers in place of their held commands."""
-    by_name = {effector.name: effector for effector in balanced.effectors}
-    effectors = tuple(
-        effector if effector in system.controllers else by_name.get(effector.name, effector)
-        for effector in system.effectors
-    )
+    held = {effector.name: effector for effector in balanced.effectors}
+    effectors = tuple(item if item in system.controllers else held.get(item.name, item) for item in system.effectors)
     return replace(balanced, effectors=effectors, z0=system.z0)
 
 
 def _state_with_controllers(model: Model, x: Array, balanced: System) -> Array:
     """The state of the model with controllers: coordinates at rest, states of effectors settled."""
-    settled = dict(
-        zip([name for name, _ in balanced.state_names()], x[len(x) - len(balanced.state_names()) :], strict=True)
-    )
-    state = np.concatenate([x[: model.n_q + model.n_u], model.parts(model.x0)[2]])
-    for k, (name, _) in enumerate(model.system.state_names()):
-        state[model.n_q + model.n_u + k] = settled.get(name, state[model.n_q + model.n_u + k])
-    return state
+    n = model.n_q + model.n_u
+    settled = {name: value for (name, _), value in zip(balanced.state_names(), x[n:], strict=True)}
+    z0 = model.parts(model.x0)[2]
+    z = [settled.get(name, value) for (name, _), value in zip(model.system.state_names(), z0, strict=True)]
+    return np.concatenate([x[:n], z])
 
 
 class _SampledBuilder:
@@ -212,15 +201,10 @@ class _SampledBuilder:
         system, offset = self.model.system, self.model.n_q + self.model.n_u
         rates, states = system.velocity_names(), system.state_names()
         velocities = [rates[k] for k in self.free_coordinates]
-        coordinates = [
-            (name.removesuffix("_rate").replace(".omega_", ".turn_"), unit.removesuffix("/s"))
-            for name, unit in velocities
-        ]
-        return (
-            *coordinates,
-            *velocities,
-            *(states[k - offset] for k in (*self.continuous_states, *self.sampled_states)),
-        )
+        names = [name.removesuffix("_rate").replace(".omega_", ".turn_") for name, _ in velocities]
+        coordinates = [(name, unit.removesuffix("/s")) for name, (_, unit) in zip(names, velocities, strict=True)]
+        auxiliary = [states[k - offset] for k in (*self.continuous_states, *self.sampled_states)]
+        return (*coordinates, *velocities, *auxiliary)
 
     def flow(self) -> Array:
         """[[A, B], [0, 0]] (n, n)."""
@@ -241,22 +225,14 @@ class _SampledBuilder:
         clock = self.model.clock
         assert clock is not None
         m, offset = len(self.free_coordinates), self.model.n_q + self.model.n_u
-        coordinate_sizes = usual_sizes(self.model)[self.free_coordinates]
-        sizes = np.concatenate(
-            [
-                coordinate_sizes,
-                coordinate_sizes / period,
-                self.state_sizes,
-                self.model.system.state_sizes()[self.sampled_states - offset],
-            ]
-        )
+        moves, stored = usual_sizes(self.model)[self.free_coordinates], self.model.system.state_sizes()
+        sizes = np.concatenate([moves, moves / period, self.state_sizes, stored[self.sampled_states - offset]])
         x = self.x.copy()
         t = clock.next_instant(x)
         clock.sample(t, x)
-        if clock.next_instant(x) < t + period * (1.0 - SAME):
-            delayed = next(
-                sampler for sampler in clock.samplers if x[sampler.next_instant] < t + period * (1.0 - SAME)
-            ).controller
+        due = t + period * (1.0 - SAME)
+        if clock.next_instant(x) < due:
+            delayed = next(sampler for sampler in clock.samplers if x[sampler.next_instant] < due).controller
             raise ValueError(
                 f"{delayed.name!r} is called again {clock.next_instant(x) - t:.6g} s after its sample, as for a delay; "
                 "a discrete model has calls at samples alone, so leave the delay out or give it as a memory of "

@@ -1,4 +1,4 @@
-"""Reduced linear models by modal and balanced truncation; rigid-body modes are kept separate."""
+"""Transmission zeros, and linear models reduced by modal and balanced truncation; rigid-body modes are kept."""
 
 from __future__ import annotations
 
@@ -7,12 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cholesky, schur, solve_continuous_lyapunov, solve_sylvester
 
-from femflex.arrays import Array
+from femflex.arrays import Array, ComplexArray
 from femflex.studies.linear.space import StateSpace
 
 SLOW = 1e-5  # of the largest pole: poles below are those of rigid-body motion
 DAMPED = 1e-7  # least damping ratio of poles that are balanced
 LEAST = 1e-13  # of the largest Hankel singular value: states below are uncontrollable or unobservable
+FARTHEST = 1e3  # times the largest pole: zeros beyond it are zeros at infinity, split by rounding
+SINGULAR = 1e-12  # of the largest singular value of G(s0) below which inputs or outputs depend on each other
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,3 +126,32 @@ def _with_state_names(
 ) -> Truncated:
     states = tuple((f"{word} {k + 1}", "1") for k in range(len(A)))
     return Truncated(A, B, C, D, states, model.inputs, model.outputs, sigma, bound)
+
+
+def transmission_zeros(model: StateSpace) -> ComplexArray:
+    """Finite transmission zeros [1/s] of a model with as many inputs as outputs, by rising size.
+
+    With s = s0 + 1 / w the model becomes one whose feedthrough is G(s0), so that its zeros are the eigenvalues
+    w of -R + R B G(s0)^-1 C R, R = (s0 - A)^-1; those at infinity become w = 0. Uncontrollable and unobservable
+    poles are among them. Raises ValueError where inputs and outputs differ in number, or depend on each other.
+    """
+    if len(model.inputs) != len(model.outputs) or not model.inputs:
+        raise ValueError(
+            f"transmission zeros need as many inputs as outputs; found {len(model.inputs)} and {len(model.outputs)}. "
+            "Choose some of them (--inputs, --outputs)"
+        )
+    size = float(np.abs(model.eigenvalues()).max(initial=0.0)) or 1.0
+    s0 = 1.2345 * size  # to the right of all poles
+    R = np.linalg.inv(s0 * np.eye(len(model.A)) - model.A)
+    G = model.D + model.C @ R @ model.B
+    scale_in = np.linalg.norm(G, axis=0)
+    sigma = np.linalg.svd(G / np.where(scale_in > 0, scale_in, 1.0), compute_uv=False)
+    if not sigma[-1] > SINGULAR * sigma[0]:
+        raise ValueError(
+            "the transfer matrix is singular at all frequencies, so there are no transmission zeros; choose other "
+            "inputs or outputs"
+        )
+    w = np.asarray(np.linalg.eigvals(-R + R @ model.B @ np.linalg.solve(G, model.C @ R)), complex)
+    zeros = s0 + 1.0 / w[np.abs(w) > 1.0 / (FARTHEST * size)]
+    zeros = zeros[np.abs(zeros) < FARTHEST * size]
+    return zeros[np.argsort(np.abs(zeros), kind="stable")]

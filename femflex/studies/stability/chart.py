@@ -118,17 +118,12 @@ def _lines_of_segments(segments: list[tuple[Edge, Edge]]) -> list[list[Edge]]:
     remaining, lines = list(segments), []
     while remaining:
         line = list(remaining.pop())
-        extended = True
-        while extended:
-            extended = False
-            for k, (p, q) in enumerate(remaining):
-                for end, opposite in ((p, q), (q, p)):
-                    if line[-1] == end or line[0] == end:
-                        line = [*line, opposite] if line[-1] == end else [opposite, *line]
-                        remaining.pop(k)
-                        extended = True
-                        break
-                if extended:
-                    break
+        while link := next((pair for pair in remaining if {line[0], line[-1]} & set(pair)), None):
+            remaining.remove(link)
+            p, q = link
+            if line[-1] in link:
+                line.append(q if p == line[-1] else p)
+            else:
+                line.insert(0, q if p == line[0] else p)
         lines.append(line)
     return lines

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from femflex.arrays import Array, ComplexArray, IntArray
 from femflex.studies.stability.judgement import NONE, Judgement, no_judgement
+from femflex.studies.tracking import tracked_values
 
 Progress = Callable[[float], object]
 
@@ -63,18 +64,12 @@ def stability_locus(
         raise ValueError(f"nothing can be judged at any value of {name}; at the first: {judgements[0].problem}")
     rows = _branches(values, judgements, name, quantity)
     critical = []
-    for k in range(len(values) - 1):
-        if (
-            NONE not in (judgements[k].kind, judgements[k + 1].kind)
-            and judgements[k].stable != judgements[k + 1].stable
-        ):
-            critical.append(_change(judge, float(values[k]), float(values[k + 1]), judgements[k].stable))
-    kinds, growth = (
-        np.array([judgement.kind for judgement in judgements]),
-        np.array([judgement.growth for judgement in judgements]),
-    )
+    for (low, before), (high, after) in pairwise(zip(values, judgements, strict=True)):
+        if NONE not in (before.kind, after.kind) and before.stable != after.stable:
+            critical.append(_change(judge, float(low), float(high), before.stable))
+    kinds, growth = (np.array([getattr(judgement, key) for judgement in judgements]) for key in ("kind", "growth"))
     return Locus(
-        quantity, name, unit, np.asarray(values, float), np.array(rows), kinds, growth, tuple(critical),
+        quantity, name, unit, np.asarray(values, float), rows, kinds, growth, tuple(critical),
         valid[0].names(), valid[0].trivial, max(judgement.split for judgement in valid), lost,
     )  # fmt: skip
 
@@ -90,11 +85,8 @@ def _judgements(
     judgements: list[Judgement] = []
     for k, value in enumerate(values):
         judgement = judge(float(value))
-        if (
-            judgements
-            and judgements[-1].about is not None
-            and (judgement.lost or judgement.loads < judgements[-1].loads)
-        ):
+        had_equilibrium = bool(judgements) and judgements[-1].about is not None
+        if had_equilibrium and (judgement.lost or judgement.loads < judgements[-1].loads):
             return [*judgements, *[no_judgement("the equilibrium is lost", True)] * (len(values) - k)], float(value)
         judgements.append(judgement)
         if progress is not None:
@@ -106,7 +98,7 @@ def _judgements(
     ], None
 
 
-def _branches(values: Sequence[float], judgements: list[Judgement], name: str, quantity: str) -> list[ComplexArray]:
+def _branches(values: Sequence[float], judgements: list[Judgement], name: str, quantity: str) -> ComplexArray:
     """Poles or multipliers (k,) at every value, branch by branch; NaN where there is none.
 
     A known motion, such as that of a joint without a damper, is not among the poles; with the damper its pole starts
@@ -116,22 +108,15 @@ def _branches(values: Sequence[float], judgements: list[Judgement], name: str, q
     valid = [judgement for judgement in judgements if judgement.kind != NONE]
     count, size = max(len(judgement.values) for judgement in valid), valid[0].size
     rows: list[ComplexArray] = []
-    last_row: ComplexArray | None = None
     for value, judgement in zip(values, judgements, strict=True):
-        if judgement.kind == NONE:
-            rows.append(np.full(count, np.nan + 0j))
-            continue
-        if judgement.size != size:
+        if judgement.kind != NONE and judgement.size != size:
             raise ValueError(
                 f"the craft has {judgement.size} states at {name} = {value:g} and {size} before, and so other "
                 f"{quantity}; a locus needs a value that changes none of them"
             )
-        row = np.concatenate([judgement.values, np.full(count - len(judgement.values), np.nan + 0j)])
-        if last_row is not None:
-            row = row[linear_sum_assignment(np.abs(np.nan_to_num(last_row)[:, None] - np.nan_to_num(row)[None]))[1]]
-        last_row = row
-        rows.append(row)
-    return rows
+        own = judgement.values if judgement.kind != NONE else judgement.values[:0]
+        rows.append(np.concatenate([own, np.full(count - len(own), np.nan + 0j)]))
+    return tracked_values(rows)
 
 
 def _change(judge: Callable[[float], Judgement], low: float, high: float, stable: bool) -> float:

@@ -11,9 +11,8 @@ from femflex.case import Case
 from femflex.case.stability import RATIOS, AxisTable, StabilityTable
 from femflex.dynamics import compile_system
 from femflex.noun.problems import CaseError, Problem
-from femflex.studies.stability.affine import AffineChart
 from femflex.studies.stability.chart import Chart, stability_chart
-from femflex.studies.stability.gravity_gradient import with_ratios
+from femflex.studies.stability.inertia_ratios import AffineChart, present_ratios, with_ratios
 from femflex.studies.stability.judgement import Judgement, equilibrium_stability, motion_stability, no_judgement
 from femflex.studies.stability.locus import Locus, stability_locus
 from femflex.studies.varied_case import VariedCase
@@ -62,12 +61,9 @@ def table_of(case: Case) -> StabilityTable:
     if case.stability.inertia is None:
         from femflex.case.changed import changed_text
 
+        values = {key: _value_with_unit(axis, axis.numbers()[0]) for key, axis in case.stability.vary.items()}
         try:
-            changed_text(
-                case.text,
-                {key: _value_with_unit(axis, axis.numbers()[0]) for key, axis in case.stability.vary.items()},
-                case.path.name,
-            )
+            changed_text(case.text, values, case.path.name)
         except ValueError as error:
             raise CaseError(case.path.name, [Problem("stability.vary", str(error))]) from None
     return case.stability
@@ -100,7 +96,7 @@ class _Judge:
             return cls(VariedCase.from_paths(case, table.vary), table, omitted, None)
         varied = VariedCase.from_paths(case, [])
         base = varied.system({})
-        with_ratios(base, table.inertia, *_present_ratios(base))
+        with_ratios(base, table.inertia, *present_ratios(base))
         affine = AffineChart.from_system(base, table.inertia, omitted) if table.of == "equilibrium" else None
         return cls(varied, table, omitted, base, affine)
 
@@ -121,9 +117,8 @@ class _Judge:
             assert self.table.inertia is not None
             system = with_ratios(self.base, self.table.inertia, *(values[key] for key in RATIOS))
         else:
-            system = self.varied.system(
-                {key: _value_with_unit(self.table.vary[key], value) for key, value in values.items()}
-            )
+            written = {key: _value_with_unit(self.table.vary[key], value) for key, value in values.items()}
+            system = self.varied.system(written)
         return compile_system(system).without(*self.omitted).system if self.omitted else system
 
     def _period(self, system: System) -> float:
@@ -139,18 +134,9 @@ class _Judge:
     def evaluate(self, table: StabilityTable, progress: Progress | None) -> Locus | Chart:
         """The locus or chart over the values of the table."""
         names, axes = tuple(table.vary), [axis.numbers() for axis in table.vary.values()]
-        grids = [np.linspace(a, b, axis.points) for (a, b, _), axis in zip(axes, table.vary.values(), strict=True)]
+        points, units = [axis.points for axis in table.vary.values()], [unit for _, _, unit in axes]
+        grids = [np.linspace(a, b, n).tolist() for (a, b, _), n in zip(axes, points, strict=True)]
         if len(names) == 1:
             quantity = "poles" if table.of == "equilibrium" else "multipliers"
-            return stability_locus(self, grids[0].tolist(), names[0], axes[0][2], quantity, progress)
-        return stability_chart(
-            self, grids[0].tolist(), grids[1].tolist(), (names[0], names[1]), (axes[0][2], axes[1][2]), progress
-        )
-
-
-def _present_ratios(system: System) -> tuple[float, float]:
-    """The ratios that the craft has now."""
-    from femflex.studies.stability.gravity_gradient import craft_inertia
-
-    pitch, yaw, roll = np.diag(craft_inertia(system)[0])
-    return float((pitch - yaw) / roll), float((pitch - roll) / yaw)
+            return stability_locus(self, grids[0], names[0], units[0], quantity, progress)
+        return stability_chart(self, grids[0], grids[1], (names[0], names[1]), (units[0], units[1]), progress)

@@ -1,4 +1,4 @@
-"""One member of a sweep: a case with other values, run in memory, and its results."""
+"""Members of a sweep: their values, and the results of each, a case with these values run in memory."""
 
 from __future__ import annotations
 
@@ -6,29 +6,86 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.case import Case, CaseError, with_values
+from femflex.case import CaseError, with_values
 from femflex.case.evaluate import column_unit, measured_unit, measured_value
 from femflex.case.measure import OF_SYSTEM, MeasureTable
 from femflex.case.read import parse_case
 from femflex.case.sweep import SweepTable, parse_sweep
 from femflex.integrate import IntegrationError
-from femflex.noun.problems import suggestion_text
-from femflex.pipeline import prepare
 from femflex.pipeline.case_equilibrium import case_modes
 from femflex.pipeline.decisions import resolve_choices
-from femflex.pipeline.guard import MotionGuard
+from femflex.studies.recorded_run import RecordedRun, recorded_run
 from femflex.studies.varied_case import VariedCase
-from femflex.system import Channel, Part
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
     from threadpoolctl import ThreadpoolController
+
+
+EDGE = 1e-12  # a unit sample is kept this far from 0 and 1, where a normal scatter has no end
+
+
+def member_values(table: SweepTable) -> list[dict[str, Any]]:
+    """Key path -> value in the form of a case file, for every member.
+
+    A Sobol sequence is scrambled by the seed, and best with a power of 2 members. For Sobol indices the members are two
+    independent samples A and B, and A with one column after the other from B.
+    """
+    columns: list[list[Any]] = []
+    if table.design in ("grid", "list"):
+        columns = [entry.values or [] for entry in table.vary.values()]
+        rows = product(*columns) if table.design == "grid" else zip(*columns, strict=True)
+        return [dict(zip(table.vary, row, strict=True)) for row in rows]
+    from scipy.special import ndtri
+
+    for unit, table_entry in zip(unit_samples(table).T, table.vary.values(), strict=True):
+        lower, upper, word = table_entry.numbers()
+        values = lower + (upper - lower) * unit if table_entry.between else lower + upper * ndtri(unit)
+        columns.append([f"{value!r} {word}" if word else value for value in values.tolist()])
+    return [dict(zip(table.vary, row, strict=True)) for row in zip(*columns, strict=True)]
+
+
+def unit_samples(table: SweepTable) -> Array:
+    """Samples (runs, n) [1] between 0 and 1."""
+    from scipy.stats import qmc
+
+    n, k = table.members or 0, len(table.vary)
+    if table.design == "random":
+        samples = np.random.default_rng(table.seed).random((n, k))
+    elif table.design == "latin_hypercube":
+        samples = qmc.LatinHypercube(k, seed=np.random.default_rng(table.seed)).random(n)
+    elif table.design == "sobol_indices":
+        pairs = qmc.Sobol(2 * k, seed=np.random.default_rng(table.seed)).random_base2(n.bit_length() - 1)
+        A, B = pairs[:, :k], pairs[:, k:]
+        mixed = [np.where(np.arange(k) == j, B, A) for j in range(k)]
+        samples = np.concatenate([A, B, *mixed])
+    else:
+        sequence = qmc.Sobol(k, seed=np.random.default_rng(table.seed))
+        samples = sequence.random_base2(max(0, (n - 1).bit_length()))[:n]
+    return np.clip(np.asarray(samples, float), EDGE, 1.0 - EDGE)
+
+
+def sobol_indices_of(table: SweepTable, values: Array) -> Array:
+    """First-order and total Sobol indices (n, 2) of an output (runs,) of a design for them; NaN where a run failed.
+
+    Those of scipy.stats.sobol_indices, estimated by Saltelli's and Jansen's formulas.
+    """
+    from scipy.stats import sobol_indices
+
+    n, k = table.members or 0, len(table.vary)
+    if not np.isfinite(values).all() or np.ptp(values) == 0.0:
+        return np.full((k, 2), np.nan)
+    blocks = values.reshape(k + 2, n)
+    evaluations: Any = {"f_A": blocks[0][None], "f_B": blocks[1][None], "f_AB": blocks[2:][:, None]}
+    result = sobol_indices(func=evaluations, n=n)
+    return np.column_stack([np.ravel(result.first_order), np.ravel(result.total_order)])
 
 
 @dataclass(frozen=True)
@@ -51,31 +108,6 @@ class Outcome:
     time: list[float]
     histories: list[list[float]]
     problem: str = ""
-
-
-@dataclass(frozen=True, eq=False)
-class RecordedRun:
-    """Channels of a run in memory, as `measured_value` needs them."""
-
-    time: Array
-    values: Mapping[str, Array]
-    channels: Mapping[str, Channel]
-    bodies_by_name: Mapping[str, Any]
-
-    def __getitem__(self, path: str) -> Array:
-        return self.values[path]
-
-    def names(self, path: str) -> tuple[str, ...]:
-        """Names of the entries of a channel."""
-        return self.channels[path].names
-
-    def unit(self, path: str) -> str:
-        """Unit of a channel."""
-        return self.channels[path].unit
-
-    def bodies(self) -> Mapping[str, Any]:
-        """The bodies by name."""
-        return self.bodies_by_name
 
 
 @lru_cache(maxsize=4)
@@ -109,49 +141,25 @@ def run_member(plan: Plan, number: int, values: Mapping[str, Any]) -> Outcome:
 def _outcome(base: VariedCase, table: SweepTable, number: int, values: Mapping[str, Any]) -> Outcome:
     case = with_values(base.case, values)
     bodies = base.bodies_of(case)
-    paths = [table_entry.channel for table_entry in table.outputs.values() if table_entry.channel is not None]
-    history_paths = [text.partition(":")[0] for text in table.histories]
-    run, motion = _recorded_run(case, bodies, list(dict.fromkeys([*paths, *history_paths])))
-    modes = (
-        case_modes(case, bodies=bodies)
-        if any(table_entry.of == OF_SYSTEM for table_entry in table.outputs.values())
-        else None
-    )
+    paths = [entry.channel for entry in table.outputs.values() if entry.channel is not None]
+    paths = list(dict.fromkeys([*paths, *(text.partition(":")[0] for text in table.histories)]))
+    if paths:
+        run = recorded_run(case, bodies, paths)
+    else:
+        run = RecordedRun(resolve_choices(case, bodies, loaded=False).system.bodies)
+    of_system = any(entry.of == OF_SYSTEM for entry in table.outputs.values())
+    modes = case_modes(case, bodies=bodies) if of_system else None
     outputs, units = [], []
-    for table_entry in table.outputs.values():
-        if table_entry.of == OF_SYSTEM and modes is not None:
-            outputs.append(float(modes.frequency(table_entry.branch or table_entry.mode)))
+    for entry in table.outputs.values():
+        if entry.of == OF_SYSTEM and modes is not None:
+            outputs.append(float(modes.frequency(entry.branch or entry.mode)))
             units.append("Hz")
         else:
-            outputs.append(measured_value(table_entry, run, motion))
-            units.append(measured_unit(table_entry, run))
+            outputs.append(measured_value(entry, run, run.mean_motion))
+            units.append(measured_unit(entry, run))
     histories = [history(run, text) for text in table.histories]
     units += [column_unit(_column(text), run) for text in table.histories]
     return Outcome(number, outputs, units, run.time.tolist() if histories else [], [h.tolist() for h in histories])
-
-
-def _recorded_run(case: Case, bodies: Mapping[str, Part] | None, paths: list[str]) -> tuple[RecordedRun, float | None]:
-    """The channels of the run of a case, and its mean motion; nothing is run if no channel is requested."""
-    if not paths:
-        parts: Mapping[str, Any] = resolve_choices(case, bodies, loaded=False).system.bodies
-        return RecordedRun(np.zeros(0), {}, {}, parts), None
-    prepared = prepare(case, bodies=bodies)
-    model, times = prepared.model, prepared.times
-    for path in paths:
-        if path not in model.channels:
-            raise KeyError(f"the run has no channel {path!r}; {suggestion_text(path, model.channels)}")
-    rows: dict[str, list[Array]] = {path: [] for path in paths}
-    guard = MotionGuard(model)
-    for block in prepared.integrator.blocks(model, times, model.x0):
-        if (error := guard.divergence(block)) is not None:
-            raise error
-        if len(block.times):
-            channels = model.observe(block.times, block.states)
-            for path in paths:
-                rows[path].append(channels[path])
-    motion = None if prepared.system.orbit is None else prepared.system.orbit.mean_motion
-    values = {path: np.concatenate(parts) for path, parts in rows.items()}
-    return RecordedRun(times, values, model.channels, prepared.system.bodies), motion
 
 
 def _column(text: str) -> MeasureTable:

@@ -1,40 +1,115 @@
-"""A sweep from its file to its results: values, outputs, histories and percentiles in one HDF5 file."""
+"""A sweep from its file to its results: values, outputs, histories and percentiles in one HDF5 file.
+
+A journal with one line per finished member lets a killed sweep continue.
+"""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field
+from hashlib import sha256
+from io import FileIO
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from femflex import __version__
 from femflex.arrays import Array
 from femflex.case import Case, CaseError, read_case, with_values
 from femflex.case.changed import written_keys
 from femflex.case.read import parse_case
 from femflex.case.sweep import SweepTable, read_sweep, split_number
-from femflex.hdf5 import atomic_hdf5
+from femflex.hdf5 import atomic_hdf5, open_hdf5
 from femflex.noun.problems import Problem
 from femflex.noun.units import UnitError
 from femflex.pipeline.file_digests import file_digests
 from femflex.results import FileLock
-from femflex.studies.sweep.design import member_values, sobol_indices_of
-from femflex.studies.sweep.journal import (
-    append_outcome,
-    digest,
-    journal_of,
-    naming_kept_members,
-    open_journal,
-    read_journal,
-    refuse_other_sweep,
-)
-from femflex.studies.sweep.member import Outcome, Plan, run_member
+from femflex.studies.sweep.member import Outcome, Plan, member_values, run_member, sobol_indices_of
 from femflex.studies.sweep.workers import Todo, outcomes
-from femflex.writing import check_destination
+from femflex.worker_processes import usable_cores
+from femflex.writing import atomic_file, check_destination
+
+
+def journal_of(output: Path) -> Path:
+    """Path of the journal next to a sweep's result; it exists until the sweep is complete."""
+    return output.with_name(output.name + ".journal")
+
+
+def digest(plan: Plan) -> str:
+    """Digest of everything that identifies a sweep: table, case, contents of the files of the case, and version."""
+    return sha256("\n".join([plan.sweep_text, plan.case_text, plan.files, __version__]).encode()).hexdigest()
+
+
+def refuse_other_sweep(path: Path, found_digest: str, plan: Plan) -> None:
+    """Raise ValueError where a file of a sweep with that digest belongs to another sweep than the plan."""
+    if found_digest != digest(plan):
+        raise ValueError(
+            f"{path} is of another sweep: the file of the sweep, its case or a file that this names has changed since. "
+            "Leave --resume out and give --force to begin anew"
+        )
+
+
+def read_journal(path: Path, plan: Plan) -> list[Outcome]:
+    """The finished members, none without a journal; a line cut short by a kill is ignored.
+
+    Raises ValueError for the journal of another sweep.
+    """
+    if not path.is_file():
+        return []
+    head, *lines = path.read_text(encoding="utf-8").split("\n")
+    refuse_other_sweep(path, head, plan)
+    outcomes = {}
+    for line in lines:
+        try:
+            outcome = Outcome(**json.loads(line))
+        except (json.JSONDecodeError, TypeError):
+            continue
+        outcomes[outcome.number] = outcome
+    return [outcomes[k] for k in sorted(outcomes)]
+
+
+def open_journal(path: Path, plan: Plan, done: list[Outcome]) -> FileIO:
+    """The journal with the finished members, open for more; it replaces an existing one when it is complete."""
+    with atomic_file(path, force=True) as draft, FileIO(draft, "w") as file:
+        _write_line(file, digest(plan))
+        for outcome in done:
+            append_outcome(file, outcome)
+    return FileIO(path, "a")
+
+
+def append_outcome(file: FileIO, outcome: Outcome) -> None:
+    """Append one line; it is on the disk on return, or not at all if it does not fit. Numbers keep every bit."""
+    end = file.seek(0, os.SEEK_END)
+    try:
+        _write_line(file, json.dumps(asdict(outcome)))
+        os.fsync(file.fileno())
+    except OSError:
+        file.truncate(end)
+        raise
+
+
+def _write_line(file: FileIO, line: str) -> None:
+    """Write a line without a buffer, which would be tried again when the file is closed."""
+    rest = f"{line}\n".encode()
+    while rest:
+        rest = rest[file.write(rest) :]
+
+
+@contextmanager
+def naming_kept_members(journal: Path, done: list[Outcome]) -> Iterator[None]:
+    """Context in which errors of writing, as of a full disk, state how many members the journal keeps."""
+    try:
+        yield
+    except OSError as error:
+        text = f"{error.strerror or error}; the members that are done ({len(done)}) are kept in {journal.name}"
+        text = f"{text}: make room, and --resume goes on"
+        raise OSError(error.errno, text, error.filename or str(journal)) from error
+
 
 Progress = Callable[[float], object]  # called with the number of members done
 
@@ -112,7 +187,8 @@ def sweep(
     done = read_journal(journal, plan) if resume else []
     if resume and not journal.is_file() and output.is_file():
         finished = open_sweep(output)
-        refuse_other_sweep(output, _digest_in(output), plan)
+        with open_hdf5(output) as results_file:
+            refuse_other_sweep(output, str(results_file.attrs.get("digest", "")), plan)
         return finished
     finished_numbers = {outcome.number for outcome in done}
     todo = [(k, values) for k, values in enumerate(members) if k not in finished_numbers]
@@ -162,11 +238,6 @@ def plan_sweep(path: str | Path) -> tuple[SweepTable, Plan]:
 def count_of(path: str | Path) -> int:
     """Number of members of a sweep's file."""
     return len(member_values(read_sweep(path)[0]))
-
-
-def usable_cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _check_keys(case: Case, values: dict[str, Any]) -> None:
@@ -232,14 +303,9 @@ def write_sweep(results: Sweep, path: Path, plan: Plan) -> None:
     with atomic_hdf5(path, force=True) as file:
         file.attrs["sweep"], file.attrs["case_text"] = plan.sweep_text, plan.case_text
         file.attrs["digest"] = digest(plan)
-        for group, columns in (
-            ("inputs", results.inputs),
-            ("outputs", results.outputs),
-            ("histories", results.histories),
-        ):
-            for name, values in columns.items():
-                data = file.create_group(group) if group not in file else file[group]
-                dataset = data.create_dataset(name.replace("/", "|"), data=values)
+        for group in ("inputs", "outputs", "histories"):
+            for name, values in getattr(results, group).items():
+                dataset = file.create_dataset(f"{group}/{name.replace('/', '|')}", data=values)
                 dataset.attrs["unit"] = results.units.get(name, "")
         file["time"], file["percentiles"] = results.time, results.percentiles
         for group, columns in (("outputs", results.output_percentiles()), ("histories", results.history_percentiles())):
@@ -250,36 +316,20 @@ def write_sweep(results: Sweep, path: Path, plan: Plan) -> None:
         file.create_dataset("problems", data=np.array(results.problems, object), dtype=h5py.string_dtype())
 
 
-def _digest_in(path: Path) -> str:
-    """The digest of the sweep in a file of results."""
-    from femflex.hdf5 import open_hdf5
-
-    with open_hdf5(path) as file:
-        return str(file.attrs.get("digest", ""))
-
-
 def open_sweep(path: str | Path) -> Sweep:
     """The results of a sweep in its file. Raises ValueError for a file that is none."""
-    from femflex.hdf5 import open_hdf5
-
     with open_hdf5(Path(path)) as file:
         if "problems" not in file or "percentiles" not in file:
             raise ValueError(f"{path} does not hold a sweep; `femflex sweep` writes one")
-        columns = {
-            group: {name.replace("|", "/"): np.asarray(data) for name, data in file[group].items()}
-            if group in file
-            else {}
-            for group in ("inputs", "outputs", "histories")
-        }
-        units = {
-            name.replace("|", "/"): str(data.attrs["unit"])
-            for group in ("inputs", "outputs", "histories")
-            if group in file
-            for name, data in file[group].items()
-        }
+        groups = [file.get(group, {}) for group in ("inputs", "outputs", "histories")]
+        inputs, outputs, histories = ({_channel(n): np.asarray(v) for n, v in group.items()} for group in groups)
+        units = {_channel(name): str(data.attrs["unit"]) for group in groups for name, data in group.items()}
+        time, percentiles = (np.asarray(file[name]) for name in ("time", "percentiles"))
         problems = tuple(text.decode() for text in file["problems"][:])
-        return Sweep(
-            columns["inputs"], columns["outputs"], units, np.asarray(file["time"]), columns["histories"],
-            np.asarray(file["percentiles"]), problems,
-            {name: np.asarray(data) for name, data in file.get("sobol_indices", {}).items()},
-        )  # fmt: skip
+        sobol = {name: np.asarray(data) for name, data in file.get("sobol_indices", {}).items()}
+        return Sweep(inputs, outputs, units, time, histories, percentiles, problems, sobol)
+
+
+def _channel(name: str) -> str:
+    """The path of a channel from its name in a file."""
+    return name.replace("|", "/")

@@ -1,0 +1,228 @@
+"""Amplitude spectra of channels with their peaks, and spectrograms: amplitudes over frequency and time along a run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Unpack
+
+import numpy as np
+from scipy.signal import find_peaks
+from scipy.signal.windows import blackmanharris
+
+from femflex.arrays import Array
+from femflex.results import Run
+from femflex.view.curves import BALANCE, ROUNDED, Curve, curves_of
+from femflex.view.plot import PlotOptions, Sheet, finish, labelled, name_second, ordinate, styled, title_of
+from femflex.view.theme import Theme
+from femflex.view.units import time_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+WINDOW = "Blackman–Harris window"  # side lobes 92 dB down, so visible peaks are signal; two lines merge below 4 / T
+PADDING = 4  # finer frequencies than the record's own, so that peaks are smooth
+PROMINENCE = 8.0  # a peak stands out of the valley next to it by this factor
+LEAST_CYCLES = 2.5  # in the record; the frequency of a slower peak is too inaccurate
+ROUNDING = 1e-13  # of the largest value: a smaller deviation from a straight line is no signal
+FLOOR = 1e-4  # of the highest peak; smaller ones are not reported, and may be side lobes
+DEPTH = 3e-5  # a spectrum is shown down to this part of its highest peak
+SMALLEST = 5e-3  # of the highest peak; smaller ones have no label
+LABEL = 0.05, 0.25  # width of a label as a part of the axis, and height in decades
+SPAN = 0.2  # of the record: length of the window; its time is that of its middle
+STEPS = 200  # positions of the window
+FINER = 8  # finer frequencies than the window's own
+FAINTEST = 0.02  # of the largest amplitude: the last colour
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """Amplitudes (n_f,) over frequencies (n_f,) [Hz]: a sine of amplitude a makes a peak of height a."""
+
+    frequency: Array
+    amplitude: Array
+
+    def peaks(self, count: int = 6) -> list[tuple[float, float]]:
+        """The highest peaks, (frequency [Hz], amplitude), in order of frequency; no slow ones.
+
+        Frequencies and heights are those of a parabola through the logarithms around the top.
+        """
+        if not self.amplitude.any():
+            return []
+        level = np.log(np.maximum(self.amplitude, 1e-300))
+        tops, _ = find_peaks(level, prominence=np.log(PROMINENCE), height=level.max() + np.log(FLOOR))
+        a, b, c = level[tops - 1], level[tops], level[tops + 1]
+        shift = 0.5 * (a - c) / (a - 2 * b + c)
+        ranked = np.argsort(b)[::-1]
+        selected = np.sort(ranked[(tops + shift)[ranked] >= LEAST_CYCLES * PADDING][:count])
+        step = self.frequency[1] - self.frequency[0]
+        frequencies, heights = self.frequency[tops] + shift * step, np.exp(b - 0.25 * (a - c) * shift)
+        return list(zip(frequencies[selected].tolist(), heights[selected].tolist(), strict=True))
+
+
+def check_finite(time: Array, values: Array) -> None:
+    """Raise ValueError where a record (n_t,), of any unit, that is to be transformed is not finite."""
+    if not np.isfinite(values).all():
+        t = time[int(np.argmin(np.isfinite(values)))]
+        raise ValueError(f"a spectrum needs finite values; the first that is not is at t = {t:g} s")
+
+
+def amplitude_spectrum(time: Array, values: Array) -> Spectrum:
+    """Amplitude spectrum of values (n_t,) at times (n_t,) [s]: line through the record removed, windowed, corrected.
+
+    Uneven times are interpolated to the same number of even ones. Raises ValueError below 16 instants.
+    """
+    if len(time) < 16:
+        raise ValueError(f"a spectrum needs at least 16 instants; the record has {len(time)}")
+    check_finite(time, values)
+    even = np.linspace(time[0], time[-1], len(time))
+    values = np.interp(even, time, values)
+    n = len(even)
+    window = blackmanharris(n, sym=False)
+    line = np.polynomial.Polynomial.fit(
+        even, values, 1, w=np.sqrt(window)
+    )  # as the window sees it: no remainder at 0 Hz
+    residual = values - line(even)
+    values = residual if np.abs(residual).max() > ROUNDING * np.abs(values).max() else np.zeros(n)
+    amplitude = 2.0 * np.abs(np.fft.rfft(values * window, PADDING * n)) / window.sum()
+    frequency = np.fft.rfftfreq(PADDING * n, (even[-1] - even[0]) / (n - 1))
+    return Spectrum(frequency, np.asarray(amplitude))
+
+
+def plot_spectra(
+    run: Run,
+    path: str | Path,
+    channels: Sequence[str] | None = None,
+    degrees: bool = True,
+    highest: float | None = None,
+    second_run: Run | None = None,
+    **options: Unpack[PlotOptions],
+) -> Path:
+    """Path of a picture (.png or .svg) of amplitude spectra of channels, with their peaks named.
+
+    A sine of amplitude a makes a peak of height a. highest is the last frequency shown [Hz]; by default every pair of
+    axes goes a little beyond its last peak. second_run: a second run, drawn over the first in thin dashed lines.
+    """
+    if highest is not None and not highest > 0:
+        raise ValueError(f"the last frequency shown is {highest:g} Hz; give one above 0")
+    groups = curves_of(run, channels, degrees, second_run, least=ROUNDED)
+    if channels is None:
+        groups = [group for group in groups if group[0].quantity != BALANCE] or groups
+    sheet = Sheet(path, title_of(run, second_run), **options)
+    axes, colours = sheet.rows(len(groups), sharex=False), sheet.colours
+    for ax, group in zip(axes, groups, strict=True):
+        spectra = [amplitude_spectrum(curve.time, curve.values) for curve in group]
+        peaks = [peak for spectrum in spectra for peak in spectrum.peaks() if highest is None or peak[0] <= highest]
+        nyquist = float(spectra[0].frequency[-1])
+        last_frequency = highest or min(nyquist, 1.3 * max((frequency for frequency, _ in peaks), default=nyquist))
+        factor, unit = (1e3, "mHz") if last_frequency < 0.5 else (1.0, "Hz")
+        top = max(float(spectrum.amplitude.max()) for spectrum in spectra)
+        drawn_curves = []
+        for (curve, style), spectrum in zip(styled(group, colours), spectra, strict=True):
+            if (
+                spectrum.amplitude[spectrum.frequency <= last_frequency].max(initial=0.0) < DEPTH * top
+                and len(group) > 1
+            ):
+                continue  # below the axes, as a motion that is not excited
+            ax.semilogy(spectrum.frequency * factor, np.maximum(spectrum.amplitude, 1e-300), **style)
+            drawn_curves.append(curve)
+        if second_run is not None:
+            name_second(ax, drawn_curves, run, second_run, colours)
+        ax.set_ylim(DEPTH * (top or 1.0), 10 * (top or 1.0))
+        ax.set_xlim(0, last_frequency * factor)
+        _label_peaks(ax, [(frequency * factor, amplitude) for frequency, amplitude in peaks], colours)
+        ax.set_ylabel("amplitude of\n" + ordinate(group))
+        ax.set_xlabel(f"frequency [{unit}]")
+        finish(ax, drawn_curves, colours)
+    axes[-1].set_xlabel(f"{axes[-1].get_xlabel()}   ({WINDOW}, trend removed)")
+    return sheet.save()
+
+
+def _label_peaks(ax: Axes, peaks: list[tuple[float, float]], colours: Theme) -> None:
+    """Write the frequency above each peak, beside it where another one stands, the highest first; else not at all."""
+    width = LABEL[0] * ax.get_xlim()[1]
+    corners: list[tuple[float, float]] = []  # lower left ones of labels
+    least = SMALLEST * max((amplitude for _, amplitude in peaks), default=0.0)
+    for frequency, amplitude in sorted((p for p in peaks if p[1] > least), key=lambda peak: -peak[1]):
+        height = float(np.log10(amplitude))
+        for side, part in (("center", 0.5), ("left", 0.0), ("right", 1.0)):
+            left = frequency - part * width
+            if left >= 0.0 and all(abs(left - x) > width or abs(height - y) > LABEL[1] for x, y in corners):
+                corners.append((left, height))
+                style: dict[str, Any] = {"textcoords": "offset points", "fontsize": 8, "color": colours.text}
+                ax.annotate(f"{frequency:#.4g}", (frequency, amplitude), (0, 4), ha=side, **style)
+                break
+
+
+def spectrogram(time: Array, values: Array) -> tuple[Array, Array, Array]:
+    """Times (n,) [s], frequencies (m,) [Hz] and amplitudes (m, n) of values (n_t,) at times (n_t,) [s].
+
+    A sine of amplitude a has the amplitude a. A Blackman-Harris window of a fifth of the record, without its linear
+    trend, moves along it; two spectral lines merge below 4 over its length. Uneven times are interpolated to even
+    ones. Raises ValueError below 80 instants.
+    """
+    if len(time) < 80:
+        raise ValueError(f"a spectrogram needs at least 80 instants; the record has {len(time)}")
+    check_finite(time, values)
+    even = np.linspace(time[0], time[-1], len(time))
+    values, size = np.interp(even, time, values), int(SPAN * len(even))
+    starts = np.unique(np.linspace(0, len(even) - size, STEPS).round().astype(int))
+    pieces = np.lib.stride_tricks.sliding_window_view(values, size)[starts]
+    window, x = blackmanharris(size, sym=False), np.linspace(-1.0, 1.0, size)
+    line = np.polynomial.polynomial.polyfit(x, pieces.T, 1, w=np.sqrt(window))
+    pieces = pieces - np.polynomial.polynomial.polyval(x, line)
+    step = (even[-1] - even[0]) / (len(even) - 1)
+    amplitude = 2.0 * np.abs(np.fft.rfft(pieces * window, FINER * size, axis=1)).T / window.sum()
+    return even[starts] + step * (size - 1) / 2, np.fft.rfftfreq(FINER * size, step), np.asarray(amplitude)
+
+
+def plot_spectrograms(
+    run: Run,
+    path: str | Path,
+    channels: Sequence[str] | None = None,
+    degrees: bool = True,
+    highest: float | None = None,
+    **options: Unpack[PlotOptions],
+) -> Path:
+    """Path of a picture (.png or .svg) of spectrograms of channels, one pair of axes for every component.
+
+    highest is the last frequency shown [Hz]; by default a little above what reaches a tenth of the largest amplitude.
+    Components below 1/1000 of the largest of their channel are left out.
+    """
+    from matplotlib.colors import LogNorm
+
+    if highest is not None and not highest > 0:
+        raise ValueError(f"the last frequency shown is {highest:g} Hz; give one above 0")
+    groups = curves_of(run, channels, degrees)
+    curves: list[Curve] = [curve for group in groups for curve in group if curve.quantity != BALANCE or channels]
+    curves = [curve for curve in curves if np.ptp(curve.values) > ROUNDED * np.abs(curve.values).max(initial=0.0)]
+    if not curves:
+        raise ValueError("nothing changes in these channels, so there is no spectrogram; name one that moves")
+    seconds, unit = time_unit(run.duration)
+    sheet = Sheet(path, title_of(run), **options)
+    axes, colours = sheet.rows(len(curves)), sheet.colours
+    for ax, curve in zip(axes, curves, strict=True):
+        time, frequency, amplitude = spectrogram(curve.time, curve.values)
+        top = float(amplitude.max()) or 1.0
+        strong = np.flatnonzero((amplitude > 0.1 * top).any(axis=1))
+        last_frequency = highest or 1.6 * float(frequency[strong[-1]] if len(strong) else frequency[-1])
+        factor, hertz = (1e3, "mHz") if last_frequency < 0.5 else (1.0, "Hz")
+        is_shown = frequency <= last_frequency
+        painted = ax.pcolormesh(
+            time / seconds,
+            frequency[is_shown] * factor,
+            np.maximum(amplitude[is_shown], FAINTEST * top),
+            norm=LogNorm(FAINTEST * top, top),
+            cmap=colours.colour_map(),
+            shading="nearest",
+            rasterized=True,
+        )
+        bar = ax.figure.colorbar(painted, ax=ax, pad=0.01)
+        bar.set_label(labelled("amplitude", curve.unit), color=colours.text)
+        bar.ax.tick_params(colors=colours.text, labelsize=9)
+        ax.set_ylabel(f"{curve.label}\nfrequency [{hertz}]")
+        finish(ax, [], colours)
+        ax.grid(False)
+    axes[-1].set_xlabel(f"time [{unit}], middle of a window of {SPAN:g} of the run")
+    return sheet.save()
