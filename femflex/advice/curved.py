@@ -89,7 +89,7 @@ def snap_through_advice(
     change = f"to {ratio:.0%} of that at rest" if ratio > 0.0 else "below zero (possible snap-through)"
     cause = f"loads and motions may bend it by {displacement:.2g} m by linear strain" if margin is None else str(margin)
     reason = (
-        f"it is curved (rise {rise:.3g} m), {cause}, and bent one way the tangent stiffness of a low mode falls "
+        f"it is curved (rise {rise:.3g} m), {cause}, and in one direction the tangent stiffness of a low mode falls "
         f"{change}, which condensed strain cannot follow. Where it snaps through, give it responses = {RESPONSES} with "
         f"deflection = '{RESPONSE_REACH * rise:.2g} m' and its load in `loads` or `attachment`"
     )

@@ -45,7 +45,7 @@ class DeflectionWatch:
         self._worst, self._delta = -1.0, np.zeros(body.n_modes)
 
     def shape_displacements(self, states: Array) -> Array:
-        """Largest displacement (k, n) [m] of any point of the body by each shape alone, for states (k, n_x)."""
+        """Largest displacement (k, n) [m] of a point by each shape, for states (k, n_x); records the worst state."""
         displaced = (
             np.abs(states[:, self.first_coordinate : self.first_coordinate + self._body.n_modes]) * self._largest
         )
@@ -70,12 +70,12 @@ class DeflectionWatch:
 
     @property
     def largest_deflection(self) -> float:
-        """Largest displacement of a point of the body so far, over its size."""
+        """Largest displacement of a point over the body's size, in the recorded state of `shape_displacements`."""
         displaced = np.tensordot(self._body.amplitudes(self._delta)[None], self._point_shapes, axes=1)
         return float(largest_displacements(displaced)[0]) / self.size
 
     def doubt(self, verb: str, note: str = "") -> Advice | None:
-        """A warning where the body was deflected beyond the limit of its strain form; note: an earlier one on it."""
+        """A warning if the body was deflected beyond the limit of its strain form; note: text from before the run."""
         body = self._body
         limit, change = LINEAR_ABOVE, f"{self.remedy}, "
         if body.strain_form != "linear":
@@ -120,15 +120,15 @@ def deflection_watches(model: Model, origins: BodyOrigins | None = None) -> list
 
 
 def _longest(model: Model, name: str) -> float:
-    """Largest length of a body that deploys [m]; 0 of others."""
+    """Largest length of a deploying body [m]; 0 for other bodies."""
     table = model.system.varying[name].write if name in model.system.varying else None
     return table.bounds[1] if isinstance(table, LengthTable) else 0.0
 
 
 def farthest_points(shapes: Array) -> Array:
-    """Displacements (n_shapes, k, 3) [m per amplitude] of those of the points (n_shapes, p, 3) that may move farthest.
+    """Displacements (n_shapes, k, 3) [m per amplitude] of selected points, from those of all points (n_shapes, p, 3).
 
-    At most MANY_POINTS of them are spread over the body; the others move farthest in a shape or a mixture of shapes.
+    Up to MANY_POINTS points are spread over the body; the others move farthest in a shape or in a mixture of shapes.
     """
     n, p, _ = shapes.shape
     if p <= MANY_POINTS:
@@ -137,14 +137,14 @@ def farthest_points(shapes: Array) -> Array:
     rng = np.random.default_rng(0)
     mixtures = np.concatenate([np.eye(n), rng.standard_normal((MIXTURES, n))]) / size
     chosen = set(map(int, rng.permutation(p)[:MANY_POINTS]))
-    by_axis = np.ascontiguousarray(np.moveaxis(shapes, 2, 0))  # axis by axis
+    by_axis = np.ascontiguousarray(np.moveaxis(shapes, 2, 0))
     for amplitudes in mixtures:
         chosen.add(int(((amplitudes @ by_axis) ** 2).sum(axis=0).argmax()))
     return np.ascontiguousarray(shapes[:, sorted(chosen)])
 
 
 def _point_shapes(body: FlexibleBody) -> tuple[Array, float]:
-    """Displacement (n_shapes, p, 3) of the points of a body per amplitude, and its size [m]."""
+    """Displacements (n_shapes, p, 3) [m per amplitude] of the points of a body, and the body's size [m]."""
     if body.skin is not None and len(body.skin.points):
         return body.skin.shapes, float(np.linalg.norm(np.ptp(body.skin.points, axis=0))) or 1.0  # all at one point
     positions = np.stack([marker.position for marker in body.markers.values()])

@@ -92,7 +92,7 @@ class AxialForceWatch:
 
 
 def mean_force(sections: MemberSections, force: Array) -> float:
-    """The uniform axial force [N] of the same effect on bending as these forces (k,)."""
+    """The uniform axial force [N] that has the same effect on bending as the forces (k,) [N] at the stations."""
     slope = np.sin(np.pi / 2.0 * sections.stations) ** 2
     return float(np.trapezoid(force * slope, sections.stations) / np.trapezoid(slope, sections.stations))
 

@@ -20,13 +20,14 @@ SPINNING_ERROR = 0.01  # estimated relative error of the deflection of a spinnin
 SLOW_RATIO = 0.15  # rate over first frequency below which condensed strain errs negligibly in a spinning body
 STRETCHING_RATIO = 30.0  # frequency of a shape over the first above which it is a stretching mode of a slender body
 DIVERGENCE_RATIO = 10.0  # elastic displacement over the body's size, or present length, above which the motion diverges
-# As LINEAR_ABOVE, for other strain: curvature is linear, a cantilever's tip 3 % off there
+# Same ratio for condensed and nonlinear strain: their curvature is linear, so a cantilever's tip has an error of 3 %
 NONLINEAR_INVALID_ABOVE = 0.2
 
 # Buckling
 BUCKLING_FACTOR = 4.0  # buckling load over load: above it a body loses at most a sixteenth of its stiffness to bending
 BASIS_OVERESTIMATE = 0.03  # relative excess of a basis' buckling load above which a run warns
-# Load over buckling load above which a run warns: condensed strain deflects 1.5 % too little at 0.95, not at all past 1
+# Load over buckling load above which a run warns: condensed strain deflects 1.5 % too little at 0.95, and not at all
+# past 1
 CONDENSED_INVALID_ABOVE = 0.9
 SINGLE_LOAD_SHARE = 0.95  # of the total ratio above which a single load is reported as the cause
 LISTED_SHARE = 0.05  # of the total ratio above which a load is listed
@@ -85,7 +86,7 @@ WATCHED_ELEMENTS = 9  # elements of a member that are watched, from its first to
 
 # Bends of spinning bodies
 SPINNING_COEFFICIENT, MAX_SPINNING_COEFFICIENT = 0.42, 0.9  # c over (rate / first frequency)^2, and the largest c
-# Largest rate over first frequency; the latter is 0 for a wire, and c is SPINNING_COEFFICIENT FAST_RATIO^2
+# Limit of the rate over the first frequency, which is 0 for a wire
 FAST_RATIO = 10.0
 
 # Energy
@@ -99,7 +100,7 @@ LARGEST_RATES = {"rad/s": 1e5, "m/s": 3e6}  # ten times what flywheels reach; a 
 LARGEST_SLIDE = 1e7  # m, of bodies of one craft from one another; the longest tethers have reached 3e4 m
 
 # Commands
-FULL_THRUST = 1.01  # level above which a command is taken for one in another unit, or for more than full thrust
+FULL_THRUST = 1.01  # level above which a run warns: the command exceeds full thrust or has another unit
 
 # Size of a run
 MOST_OUTPUT_ROWS = 10**8  # more output rows than this are a mistake

@@ -64,7 +64,7 @@ def _aliased_modes(system: System) -> Iterator[Advice]:
     """Warnings of bodies with first modes above half the sampling frequency of a controller, which aliases them."""
     effectors = [effector for effector in system.effectors if isinstance(effector, Effector)]
     inputs = {signal.partition(".")[0] for effector in effectors for signal in effector.inputs}
-    # others only measure, or follow the motion
+    # other controllers only measure, or follow the motion
     commanding = [each for each in system.controllers if each.name in inputs and not each.follows]
     if not commanding:
         return
@@ -78,7 +78,7 @@ def _aliased_modes(system: System) -> Iterator[Advice]:
                 f"{slowest.name}: samples every {slowest.period:.4g} s resolve up to {0.5 / slowest.period:.4g} Hz. "
                 f"Body {name!r} has a mode of {above[0] / (2 * math.pi):.4g} Hz among its first {LOWEST_MODES}; a "
                 "controller "
-                "takes its vibration for a slower one and may drive it. Shorten the period, or check the damping of "
+                "samples it as a slower vibration and may excite it. Shorten the period, or check the damping of "
                 "this mode in the run"
             )
             yield doubt(name, "sampling", text, math.pi / slowest.period, float(above[0]))

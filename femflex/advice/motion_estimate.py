@@ -111,7 +111,7 @@ def estimate_rigid_motion(system: System, end: float) -> tuple[RigidEstimate | N
 def rigid_motion_of(model: Model, end: float) -> RigidEstimate:
     """The motion of a model with all bodies rigid up to that time [s], or up to where it costs too much.
 
-    Raises ValueError and LinAlgError where the bodies cannot be rigid.
+    Raises ValueError or LinAlgError where the bodies cannot be rigid.
     """
     system = with_rigid_bodies(model.system, set(model.system.bodies))
     rigid = compile_system(system)
@@ -154,7 +154,7 @@ def shape_periods(body: FlexibleBody) -> list[float]:
 
 
 def _rigid_motion_at(rigid: Model, times: Array) -> tuple[Motion, str]:
-    """The motion of rigid bodies at these times, or up to where it costs too much or diverges; and the reason."""
+    """Times and states of the rigid bodies, up to where the motion costs too much or fails; and text on the reason."""
     if not rigid.n_x:
         return (times, np.zeros((len(times), 0))), ""
     sizes = rigid.motion_scales(rigid.x0, float(times[0]), float(times[-1]))
@@ -178,11 +178,11 @@ def _rigid_motion_at(rigid: Model, times: Array) -> tuple[Motion, str]:
 
 
 class TooExpensive(Exception):
-    """One part of the motion takes more evaluations than allowed for the whole motion."""
+    """Raised where one part of the motion takes ten times the evaluations allowed for the whole motion."""
 
 
 def _affordable(blocks: Iterator[Block]) -> Iterator[Block]:
-    """The blocks, up to ten times the evaluations allowed for all parts; a spin of 1e9 rad/s would take more."""
+    """The blocks, up to ten times MOST_RATES evaluations; a spin of 1e9 rad/s would take more."""
     for block in blocks:
         if block.steps.evaluations > 10 * MOST_RATES:
             raise TooExpensive
@@ -199,7 +199,7 @@ def _joined_motion(parts: Sequence[Motion]) -> Motion:
 
 
 def _states_from_rigid_motion(model: Model, rigid: Model, motion: Motion) -> tuple[Array, Array]:
-    """States and accelerations of the model in the motion of the rigid model, elastic coordinates zero."""
+    """States (n_t, n_x) and accelerations (n_t, n_u) [SI] of the model in the rigid motion, undeformed."""
     qe, ue = elastic_places(model)
     q, u = np.delete(np.arange(model.n_q), qe), np.delete(np.arange(model.n_u), ue)
     times, rigid_states = motion

@@ -97,14 +97,14 @@ class SpinningDeflectionWatch:
         table = self._system.varying[name].write if name in self._system.varying else None
         if isinstance(table, LengthTable) and table.sections is not None and table.sections.slackens:
             return (
-                "For none, let a universal joint turn the member about its exit, with functions.straight = false or no "
-                "functions"
+                "To avoid this error, let a universal joint turn the member about its exit, with functions.straight = "
+                "false or no functions"
             )
         if table is not None:
-            return "A member that deploys cannot be cut into segments: it is an indication, unless its bend stays small"
-        return f"For less, {division_remedy(self._system.bodies[name])}"
+            return "A deploying member cannot be cut into segments: take its bend as an indication, unless it is small"
+        return f"To reduce the error, {division_remedy(self._system.bodies[name])}"
 
 
 def _rate_ratio(rate: Array, first: float) -> Array:
-    """Rates (n,) over the first frequency [rad/s], at most FAST_RATIO."""
+    """Ratio (n,) of rates (n,) to the first frequency, both [rad/s], at most FAST_RATIO."""
     return np.asarray(rate / np.maximum(first, np.maximum(rate, 1e-300) / FAST_RATIO))

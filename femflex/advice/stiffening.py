@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class AxialForce:
-    """Axial force at a point of a body with the foreshortening theta (3,) there, due to a body and all it carries.
+    """Force that `body` and all bodies it carries apply at a point with the foreshortening theta (3,).
 
-    sign: 1, or -1 for the force of the joint that supports them.
+    sign: 1, or -1 for the force of the joint that supports these bodies.
     """
 
     theta: Array
@@ -35,7 +35,7 @@ class AxialForce:
 
 
 def body_rate(channels: Mapping[str, Array], name: str) -> Array:
-    """Inertial rate (n_t, 3) of a body [rad/s]; zero for one that cannot turn, whose rate is not reported."""
+    """Inertial rate (n_t, 3) of a body [rad/s]; zero for a body that cannot turn, since it has no rate channel."""
     return channels.get(f"bodies/{name}/rate", np.zeros((len(channels[f"bodies/{name}/attitude"]), 3)))
 
 
@@ -64,7 +64,7 @@ class OmittedStiffness:
         self._about_mass = system.orbit is not None or self._free
 
     def gains(self, channels: Mapping[str, Array]) -> dict[str, Array]:
-        """The gain (n_t,) of each body, from channels over n_t rows."""
+        """Geometric over elastic stiffness (n_t,) of each body, from channels over n_t rows."""
         if not self.bodies:
             return {}
         rotations = {name: dcm_from_quaternion(channels[f"bodies/{name}/attitude"]) for name in self._system.order}
@@ -114,7 +114,7 @@ class OmittedStiffness:
     def _subtree_loads(
         self, positions: Mapping[str, Array], rotations: Mapping[str, Array], loads: Mapping[str, Array]
     ) -> tuple[dict[str, Array], dict[str, float], dict[str, Array]]:
-        """For each body and all that it carries: first moment of mass, mass, and weight with loads, inertial axes."""
+        """First moment (n_t, 3) [kg m], mass [kg], and weight with loads [N] of each body and all it carries."""
         first_moments: dict[str, Array] = {}
         mass: dict[str, float] = {}
         forces = {}
@@ -147,7 +147,7 @@ def axial_forces(system: System, name: str, foreshortening: Foreshortening) -> l
 
 @dataclass(frozen=True)
 class LargestGain:
-    """Largest or smallest gain: omitted over elastic stiffness of the lowest shape, with the spin [rad/s] and body."""
+    """Extreme ratio of omitted to elastic stiffness of a lowest shape, with the spin [rad/s] and the body's name."""
 
     gain: float
     spin: float
@@ -213,7 +213,7 @@ class StiffeningWatch:
         return f"so that its first frequency{frequency} falls by {1.0 - remaining:.0%}, {remedy}"
 
     def _frequency_text(self, name: str, factor: float) -> str:
-        """Lowest frequency of the clamped body with what it carries, with linear strain and with the stiffening."""
+        """Text with the lowest frequency of the clamped body and what it carries, and `factor` times it."""
         if not np.isfinite(self._system.bodies[name].omega).any():
             return ""
         attached = attached_masses(self._system, name)
@@ -238,7 +238,7 @@ class StiffeningWatch:
 
 
 def attached_masses(system: System, name: str) -> dict[str, float]:
-    """Mass carried at each marker of a body [kg]."""
+    """Mass [kg] that joints attach at each marker of a body, by the marker's name."""
     mass = {body: system.bodies[body].moments.mass for body in system.order}
     for body in reversed(system.order):
         if (parent := system.joint_of(body).parent) is not None:

@@ -143,7 +143,7 @@ def strain_of_extent(name: str, extent: MotionExtent) -> Advice:
 
 
 def _with_buckling_margin(chosen: Advice, margin: BucklingMargin | None) -> Advice:
-    """Condensed strain, which a load near buckling requires; the choice itself where there is none."""
+    """The choice, changed to condensed strain where a load near buckling requires it."""
     if margin is None or chosen.choice != "linear":
         return chosen
     reason = f"{margin}, which linear strain leaves out"

@@ -109,7 +109,7 @@ class TensionWatch:
 
 
 def _watched_members(system: System, name: str, origins: BodyOrigins) -> list[WatchedMember]:
-    """The watched members of a body whose structure is known."""
+    """The watched members of a body; none of a body without a mesh."""
     source = origins[name].origin.source if name in origins else None
     if not isinstance(source, Meshed):
         return []
@@ -148,13 +148,13 @@ def _free_dofs(structure: Structure, modes: ModeSet) -> BoolArray:
 
 
 def _mean_weights(block: TensionStrain, elements: IntArray) -> Array:
-    """Weights (k, q) of the points of elements in the mean over each element."""
+    """Weights (k, q) of the quadrature points in the mean over each element; each row sums to 1."""
     weight = block.weight[elements]
     return np.asarray(weight / weight.sum(axis=1, keepdims=True))
 
 
 def _stress_functionals(structure: Structure, block: TensionStrain, elements: IntArray) -> Array:
-    """Mean stresses of elements as functionals (n_dof, k s) of the dofs: the means of C L G."""
+    """Matrix (n_dof, k s) whose columns give the mean stresses of elements from the dofs: the means of C L G."""
     mean, s = _mean_weights(block, elements), len(block.linear_map)
     raw = np.zeros((structure.T.shape[0], len(elements) * s))
     for k, element in enumerate(elements):

@@ -112,10 +112,10 @@ def are_assessable(system: System, origins: BodyOrigins) -> bool:
 def joint_advice(
     crafts: Iterable[CraftModes], origins: BodyOrigins, places: Mapping[str, Collection[str]], band: float
 ) -> dict[str, Advice]:
-    """Static shapes of joints for each body that leaves them open: {group: directions}, or ends of a beam.
+    """The static shapes of joints, {group: directions} or ends of a beam, for each body whose case does not name them.
 
-    crafts: the craft with all static shapes, at each of the lengths at which its members are assessed. places: groups
-    or ends with static shapes, of each of these bodies. Bodies of the same origin get the same shapes.
+    crafts: the craft with all static shapes, once for each length of its members. places: the groups or ends with
+    static shapes of each such body. band [Hz]. Bodies of the same origin get the same shapes.
     """
     needed: dict[int, set[Place]] = {}
     for craft in crafts:
@@ -151,7 +151,7 @@ def _needed_shapes(craft: CraftModes, name: str, places: Collection[str], band: 
 
 
 def _loads_at(craft: CraftModes, name: str, places: Collection[str]) -> dict[Place, Array]:
-    """Loads (n, m) on the shapes of a body at its joints in these places; none at a root that cannot move."""
+    """Generalised loads (n, m) on a body's shapes by its joints at these places; zero at a root that cannot move."""
     assert craft.modes is not None
     body, origin = craft.modes.system.bodies[name], craft.origins[name]
     markers = sorted(joint_markers(craft.system).get(name, ()))
@@ -184,8 +184,8 @@ def _has_fixed_root(system: System, name: str) -> bool:
 def selected_shapes(V1: Array, retained: Array, loads: Mapping[Place, Array], motions: Array) -> list[Place]:
     """The places of the static shapes V1^-1 loads (n, m) that motions need in addition to the retained shapes (n, j).
 
-    motions (n, k): of strain energy 1 / 2 of the whole craft. Each time the static shape with most of the remaining
-    energy of a motion is taken, as long as that is over ENERGY_SHARE.
+    motions (n, k) have a strain energy of 1/2 in the whole craft. In each pass the static shape with most of the
+    remaining energy of a motion is selected, as long as this energy is above ENERGY_SHARE.
     """
     energy, vectors = np.linalg.eigh((V1 + V1.T) / 2)
     size = np.sqrt(np.maximum(energy, 0.0))
@@ -207,7 +207,7 @@ def selected_shapes(V1: Array, retained: Array, loads: Mapping[Place, Array], mo
 
 
 def _orthonormal_rest(Q: Array, x: Array) -> Array:
-    """Orthonormal basis (n, m) of the part of columns x outside the orthonormal Q; empty where that is rounding."""
+    """Orthonormal basis (n, m) of the part of columns x (n, k) outside the orthonormal Q; rounding is dropped."""
     size = np.linalg.norm(x, axis=0)
     for _ in range(2):
         x = x - Q @ (Q.T @ x)
@@ -271,7 +271,7 @@ def _truncation_warnings(craft: CraftModes, band: float) -> list[Advice]:
 
 
 def stiffness_errors(craft: CraftModes) -> dict[str, Array]:
-    """The error (n,) [1/s^2] of omega^2 of each mode of a craft by what each of its bodies lacks."""
+    """The error (n_modes,) [1/s^2] of omega^2 of each craft mode that the truncated set of each body causes."""
     assert craft.modes is not None
     modes, markers = craft.modes, joint_markers(craft.system)
     squares, loads, resolved, out = modes.omega**2, joint_loads(modes), {}, dict[str, Array]()
@@ -289,9 +289,9 @@ def stiffness_errors(craft: CraftModes) -> dict[str, Array]:
 
 
 def _history_error(errors: Array, craft: CraftModes) -> tuple[float, int]:
-    """Error of the elastic motion of a body, or of the rate of a joint, over its peak, and the mode that matters most.
+    """Largest error of a body's elastic motion or of a joint's rate, over its peak, and the mode with most of it.
 
-    A mode with an error of frequency is out of phase by this error times omega t; at 1 rad it counts as lost.
+    A relative frequency error e makes a mode out of phase by e omega t; from 1 rad on, the whole mode counts as error.
     """
     response, modes = craft.response, craft.modes
     assert modes is not None

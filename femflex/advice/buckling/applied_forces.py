@@ -18,9 +18,9 @@ FOLLOWING = {"body", "marker"}  # frames of loads that turn with their body
 
 @dataclass(frozen=True, eq=False)
 class AppliedForce:
-    """Force and torque (n_t, 3) on a body about its marker at a position (n_t, 3), inertial components.
+    """Force [N] and torque [N m] (n_t, 3) on a body about its marker at a position (n_t, 3) [m], inertial components.
 
-    load: whether it is one of the system's loads; frame: in whose axes it is given; n_constrained: see AppliedLoad.
+    load: whether it is one of the system's loads; frame: that of the load's components; n_constrained: see AppliedLoad.
     """
 
     name: str
@@ -108,7 +108,7 @@ class RigidMotion:
                 yield self._reaction(action, spring.parent, spring.parent_marker)
 
     def _reaction(self, action: AppliedForce, body: str, marker: str) -> AppliedForce:
-        """The opposite force and torque on the other body."""
+        """The opposite of a force and torque, on the other body at its marker."""
         position = self.marker_position(body, marker)
         wrench = -action.wrench_about(position)
         return replace(action, body=body, marker=marker, force=wrench[:, :3], torque=wrench[:, 3:], position=position)

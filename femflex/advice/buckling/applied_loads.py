@@ -1,7 +1,7 @@
 """Loads on bodies along a rigid-body motion: own inertia and weight, applied loads, and attached bodies.
 
-Bodies attached at a marker pass on their own loads, one by one, and their inertia and weight. The latter are the
-remainder of the force and torque in the joint there.
+Bodies attached at a marker transmit each of their loads, and their inertia and weight: the rest of the joint's force
+and torque.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def applied_loads(system: System, names: Iterable[str], times: Array, states: Ar
 
 
 def _loads_on_body(motion: RigidMotion, name: str) -> Iterator[AppliedLoad]:
-    """Loads on a body."""
+    """The loads of its joint, of forces at its markers, of attached bodies and of its inertia and weight on a body."""
     system = motion.system
     forces = [motion.joint_force(name)]
     forces += [force for force in motion.forces if force.body == name]

@@ -114,7 +114,7 @@ def late_buckling_note(origin: BodyOrigin, margin: BucklingMargin) -> str:
 
 
 def _dominant_load(loads: list[AppliedLoad], result: BucklingResult, t: float) -> tuple[str, str]:
-    """The load that causes it, or all loads together and the contribution of each."""
+    """Text on the single load that causes the ratio, or on the total load, and on the contribution of each load."""
     order = np.argsort(result.shares)[::-1]
     time_text = f" at t = {t:.4g} s" if result.row else ""
     first = loads[order[0]]
