@@ -42,7 +42,7 @@ def run(
 ) -> Run:
     """The finished run of a case, written to an HDF5 file as it goes and open for reading.
 
-    resume    go on with the unfinished run in `output`; the answer is that of an uninterrupted one, bit for bit
+    resume    go on with the unfinished run in `output`; the results are those of an uninterrupted run, bit for bit
               (a complete one is returned as it is)
     without   names of what is switched off, such as "gravity_gradient", a load or "flexibility"; the file says so
     effectors effectors and controllers added to those of the case; to resume such a run, give the same again
@@ -51,7 +51,7 @@ def run(
     linearised  solve the linear equations about the equilibrium, or along a deployment (`pipeline.linear_motion`)
     Raises CaseError for a case that cannot be run, FileExistsError for an existing output unless `force`,
     BlockingIOError when another run is writing the output, ValueError when `resume` finds other inputs, and
-    IntegrationError when the numerics fail; the file then keeps what was computed and says so.
+    IntegrationError when the integration fails; the file then keeps the computed rows and is marked incomplete.
     """
     from femflex.case import Case, read_case
     from femflex.results import FileLock, open_run

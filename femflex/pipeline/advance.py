@@ -36,7 +36,7 @@ def integrate(
     progress: Progress | None = None,
     lock: FileLock | None = None,
 ) -> None:
-    """Run to the end, block by block into the file. See `femflex.run`.
+    """Integrate a prepared run to its end and write it block by block into the result file. See `femflex.run`.
 
     lock: of the output, when the caller has taken it already; it is released at the end
     """
@@ -84,7 +84,7 @@ def integrate(
                     watches.watch(failed.times[-1:], failed.states[-1:], channels)
             singularities.warn()
             stretched = [entry for entry in watches.doubts() if entry.decision == "stretch"]
-            warn_of(stretched)  # what linear strain leaves out is the first cause of a motion that runs away
+            warn_of(stretched)  # the stiffness that linear strain leaves out is the most frequent cause of divergence
             raise _failure_in_file(failed, writer, model, written, stresses) from failed.__cause__
         doubts = watches.doubts()
         writer.finish(True, "reached the end", _statistics(last), advice_text(doubts))

@@ -18,8 +18,8 @@ INNER = {"flexible": "reduction", "analytic": "functions"}  # table with the sha
 def advised_text(case: Case, resolved: ResolvedCase) -> str:
     """The text of a case with the choices for its bodies as keys of their tables, each with its reason as a comment.
 
-    The new text leaves nothing open that advice selects, and gives the same run. Raises ValueError, with the keys to
-    write by hand, where the text does not have a table for each body.
+    The new text leaves no such choice open, and gives the same run. Raises ValueError, with the keys to write by hand,
+    where a body has no table of its own in the text, or where the table has the key already.
     """
     text, changes = case.text, list(changed_keys(case, resolved.case))
     for body, table, key, value in changes:
@@ -39,7 +39,7 @@ def advised_text(case: Case, resolved: ResolvedCase) -> str:
 
 
 def changed_keys(case: Case, resolved: Case) -> Iterator[tuple[str, str, str, Any]]:
-    """Body, inner table (or none), key and value of every choice that was filled in."""
+    """Body, inner table (empty for the body's own), key and value of every choice that was filled in."""
     for name, new in resolved.bodies.items():
         old, inner = case.bodies[name], INNER.get(getattr(new, "kind", ""))
         if getattr(old, "strain", None) != getattr(new, "strain", None):
@@ -108,7 +108,7 @@ def toml(value: Any) -> str:
 
 
 def _has_resolved_bodies(text: str, case: Case, resolved: Case) -> bool:
-    """Whether the text of a case has the bodies of the resolved case."""
+    """Whether the text parses to a case with the same bodies as the resolved case."""
     try:
         parsed = parse_case(text, case.path)
     except CaseError:

@@ -22,7 +22,7 @@ from femflex.warning import PhysicsWarning, TruncationWarning
 def build_body(case: Case, name: str, modes: int | None = None) -> FlexibleBody:
     """The body of that name, in one piece, with the strain that it has in a run of the case.
 
-    Raises CaseError with what is wrong with it.
+    Raises CaseError with the errors of the body.
     """
     return build_each(case, [name], modes)[name]
 
@@ -37,8 +37,8 @@ def advised_bodies(
 ) -> tuple[dict[str, FlexibleBody], dict[str, str]]:
     """The bodies of these names, each in one piece, with the strain that they have in a run of the case; and notes.
 
-    A requested strain is used. Where it is open, it is selected by the whole system; if that cannot be built, the body
-    is linear, and its note says so. Raises CaseError with the errors of a body.
+    A requested strain is used. Where a body leaves it open, it is selected from the motion of the whole system; if that
+    cannot be built, the strain is linear, and the note says so. Raises CaseError with the errors of a body.
     """
     with shared_structures():
         names = list(names)
@@ -60,7 +60,7 @@ def advised_bodies(
 
 
 def _own_notes(name: str, built: BuiltBody) -> str:
-    """Note on a body alone."""
+    """Note on a body that depends on no other body; empty for segments and bodies without origin."""
     if built.origin is None or not isinstance(built.part, FlexibleBody):
         return ""
     advice = [Advice(name, subject, None, text) for subject, text in built.notes]
@@ -69,9 +69,9 @@ def _own_notes(name: str, built: BuiltBody) -> str:
 
 
 def with_own_strain(case: Case) -> Case:
-    """The case with the strain filled in that each body of open strain gets in its system.
+    """The case with the strain that each body of open strain gets in its system.
 
-    The case itself where the system cannot be built; its errors are reported where the system is needed.
+    Returns the case itself where the system cannot be built; the errors are reported where the system is needed.
     """
     return with_strain_notes(case)[0]
 

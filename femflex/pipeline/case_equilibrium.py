@@ -34,9 +34,9 @@ def resolve_at_rest(case: Case, bodies: Mapping[str, Part] | None = None) -> Res
 
 
 def case_equilibrium(case: Case | ResolvedCase, at: float | None = None, stable: bool = False) -> Equilibrium:
-    """The equilibrium of a case with its loads at a time [s]; stable: search on from an unstable one to a stable one.
+    """The equilibrium of a case with its loads at a time [s]; stable: continue from an unstable one to a stable one.
 
-    Issues the physics warnings about its bodies, also of deflections and axial forces beyond the limits of strain.
+    Issues the physics warnings about the bodies, and of deflections and axial forces beyond the limits of their strain.
 
     Raises CaseError and ValueError for a case that cannot be in equilibrium, EquilibriumError when none is found.
     """
@@ -88,7 +88,7 @@ def write_equilibrium(
 ) -> None:
     """Write an equilibrium, or the last state before it failed, into a result file of one row at t = 0.
 
-    ended: why there is none; the file is then marked incomplete.
+    ended: why no equilibrium was found; the file is then marked incomplete.
     """
     from femflex.pipeline.recovery_channels import recovery_channels
     from femflex.results import RunWriter

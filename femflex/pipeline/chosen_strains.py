@@ -1,4 +1,4 @@
-"""Strain forms that advice selects, or others where bodies cannot have these."""
+"""The strain forms that advice selects, replaced by others where a body cannot be built with them."""
 
 from __future__ import annotations
 

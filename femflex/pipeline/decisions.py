@@ -1,9 +1,9 @@
 """Systems and bodies of cases, with the strain forms and static shapes that their tables leave open.
 
-One pass, in this order: the tables give bodies with linear strain and all static shapes of their joints; these give a
-first system; its motion is estimated with all bodies rigid, and with the small elastic response to that; from this
-follow the static shapes and the strain of each body; the bodies are built once more where these differ, and give the
-system of the run. Only a case with [initial], whose motion begins elsewhere, is estimated a second time.
+There is one pass. The tables give bodies with linear strain and all static shapes of their joints, and these give a
+first system. Its motion is estimated with all bodies rigid, and then with their small elastic response. From this
+follow the static shapes and the strain of each body. The bodies are built once more with these choices and give the
+system of the run. Only a case with [initial], which starts from another state, is estimated a second time.
 """
 
 from __future__ import annotations
@@ -76,8 +76,8 @@ class ResolvedCase:
 def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System:
     """The System that a case describes, with these bodies or with its own.
 
-    Own bodies whose strain is open get the form that the motion of the system requires. Issues the physics warnings
-    about them (PhysicsWarning). Raises CaseError with all errors of the case.
+    Bodies of the case whose strain is open get the form that the motion of the system requires. Issues the physics
+    warnings about the bodies (PhysicsWarning). Raises CaseError with all errors of the case.
     """
     resolved = resolve_choices(case, bodies)
     warn_of(resolved.advice, stacklevel=3)
@@ -95,18 +95,16 @@ def resolve_choices(
 ) -> ResolvedCase:
     """A copy of the case in which every automatic choice is filled in, with its system of these bodies or of its own.
 
-    Physics warnings are in its advice and not issued. A run checks the stiffening that linear strain omits itself;
-    thorough: it is estimated here too. loaded: bodies of requested strain are assessed for buckling as well, which
-    costs a Lanczos run for each.
-
-    Raises CaseError with all errors of the case.
+    Physics warnings are in its advice and not issued. thorough: the stiffening that linear strain omits is estimated
+    even if no body leaves its strain open; a run checks it in any case. loaded: bodies of requested strain are assessed
+    for buckling as well, which costs a Lanczos iteration for each. Raises CaseError with all errors of the case.
     """
     with shared_structures():
         return _with_given_bodies(case, bodies) if bodies is not None else _resolve_open_choices(case, thorough, loaded)
 
 
 def with_own_joints(case: Case) -> Case:
-    """The case with the static shapes of joints filled in that its bodies get in its system.
+    """The case with the static shapes of joints that its bodies get in its system.
 
     Raises CaseError where the system cannot be built.
     """
@@ -126,10 +124,10 @@ def _with_given_bodies(case: Case, bodies: Mapping[str, Part]) -> ResolvedCase:
 
 @dataclass(frozen=True, eq=False)
 class FirstCraft:
-    """A craft with linear strain where that is open, and with all static shapes of joints; its motion in the run.
+    """A craft with linear strain where the case leaves it open, and with all static shapes of joints.
 
-    duration of the run [s]; estimate: None where nothing depends on it
-    crafts: its modes, with its members at their first and last lengths
+    duration: of the run [s]; estimate: motion in the run, None where no choice depends on it
+    crafts: modes of the craft with its deploying members at their first and last lengths
     """
 
     system: System
@@ -140,7 +138,7 @@ class FirstCraft:
 
 
 def _first_craft(case: Case, thorough: bool = False) -> FirstCraft:
-    """The first craft of a case, and its motion where the strain or a set of shapes depends on it, or if `thorough`.
+    """The first craft of a case, with its motion where the strain or a set of shapes depends on it, or if `thorough`.
 
     Raises CaseError with the problems of the bodies and of the loads together.
     """
@@ -207,7 +205,7 @@ def _estimate_from_start(case: Case, first: FirstCraft) -> tuple[MotionEstimate 
 def _advised_strains(
     case: Case, estimate: MotionEstimate, origins: BodyOrigins, margins: Mapping[str, BucklingMargin]
 ) -> dict[str, Advice]:
-    """The strain of each elastic body that has linear strain in the estimated motion."""
+    """The advised strain of each elastic body that has linear strain in the estimated motion."""
     system = estimate.model.system
     linear = [name for name in system.bodies if _is_linear(system, name)]
     return strain_advice(system, linear, margins, estimate, origins, _largest_spin(case))
@@ -216,7 +214,7 @@ def _advised_strains(
 def _rigid_estimate(
     estimate: MotionEstimate | None, system: System, origins: BodyOrigins, duration: float
 ) -> tuple[RigidEstimate | None, str]:
-    """The motion with all bodies rigid, or None where no body needs it or it fails; and its shortfall."""
+    """The motion with all bodies rigid, None where it fails or no body needs it; and text on what it does not cover."""
     if estimate is not None:
         rigid, shortfall = estimate.rigid, estimate.shortfall
     elif assessed_bodies(system, origins):
@@ -231,7 +229,7 @@ def _with_linear_strain(case: Case) -> Case:
 
 
 def _built_quietly(case: Case) -> Built:
-    """The bodies of a case, without warnings: these are issued where the bodies get their strain."""
+    """The bodies of a case; warnings are suppressed, and issued where the bodies get their strain."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)
         return built_bodies(case)

@@ -1,7 +1,7 @@
 """Digests of the files that a case names, as a result file keeps them.
 
-They are of what a file holds, not of its bytes: a mesh may be written again in another format version, and includes
-count.
+A digest is of the contents of a file, not of its bytes: a mesh may be written again in another format version, and
+included files count.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def _last_row_digest(path: Path) -> str:
 
 
 def _body_digest(path: Path) -> str:
-    """Digest of all that a body file holds but the version that wrote it."""
+    """Digest of the contents of a body file except the version of femflex that wrote it."""
     import h5py
 
     from femflex.hdf5 import open_hdf5

@@ -29,10 +29,9 @@ if TYPE_CHECKING:
 
 
 class MotionGuard:
-    """Stops a run whose rates or elastic displacements no craft reaches.
+    """Finds rates, slides and elastic displacements beyond those of any craft, so that the run can be stopped.
 
-    An unstable or overloaded motion grows with ever smaller steps for a long time before its numbers overflow; the
-    model is invalid long before.
+    An unstable or overloaded motion grows for a long time, with ever smaller steps, before its numbers overflow.
     """
 
     def __init__(self, model: Model) -> None:
@@ -49,7 +48,7 @@ class MotionGuard:
         self._deflections = deflection_watches(model)
 
     def divergence(self, block: Block) -> IntegrationError | None:
-        """The error about the first row of a block that diverges, or about the state after it; None without one."""
+        """The error about the first row of a block, or about the state at its end, that diverges; None if none does."""
         from femflex.integrate import Block, IntegrationError
 
         if not len(block.times) or block.t > block.times[-1]:
@@ -60,7 +59,7 @@ class MotionGuard:
         for watch in self._deflections:
             shape_displacements, size = watch.shape_displacements(block.states), self._sizes(watch, block)
             displaced = shape_displacements.max(axis=1)
-            large = displaced > size  # there dependent shapes, of second order, may displace more
+            large = displaced > size  # dependent shapes, of second order, may add to these
             if large.any():
                 displaced[large] = np.maximum(
                     displaced[large], watch.size * watch.relative_displacements(block.states[large])
@@ -147,7 +146,7 @@ class MotionGuard:
         )
 
     def _cause_text(self, block: Block, row: int, advice: str) -> str:
-        """The model's diagnosis of a row that diverges, or the advice given where it has none."""
+        """The model's diagnosis of a diverging row as a sentence; the advice where there is no diagnosis."""
         diagnosis = self._model.diagnosis(float(block.times[row]), block.states[row])[0]
         return f"{diagnosis[:1].upper()}{diagnosis[1:]}." if diagnosis else f"{advice}."
 
@@ -264,8 +263,7 @@ class Singularities:
                     )
                 warnings.warn(
                     f"joint {name!r} came within {least:.3g} rad of {singularity} at t = {t:.6g} s (below "
-                    f"{SINGULARITY_DISTANCE:g} rad "
-                    f"coordinates turn fast, and steps are short for them alone). {remedy}",
+                    f"{SINGULARITY_DISTANCE:g} rad its coordinates change fast and require short steps). {remedy}",
                     PhysicsWarning,
                     stacklevel=2,
                 )

@@ -14,7 +14,7 @@ SHOWN = 4  # differences printed
 
 
 def inputs_text(case: Case) -> str:
-    """The values of the model and digests of the files of a case as JSON."""
+    """JSON text with the model values of a case, the digests of its files, and the length of its run."""
     from femflex.case.model_inputs import LENGTH, model_values
     from femflex.pipeline.file_digests import file_digests
 
@@ -30,7 +30,7 @@ def inputs_of(run: Run) -> dict[str, Any] | None:
 
 
 def changed_inputs(begun: Mapping[str, Any], case: Case) -> str:
-    """Text on the differences between stored inputs and those of a case now; empty where there are none."""
+    """Text on the differences between stored inputs and the present ones of a case; empty where there are none."""
     now = json.loads(inputs_text(case))
     values = list(differences(begun["values"], now["values"]))
     files = [

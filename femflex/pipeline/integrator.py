@@ -51,7 +51,7 @@ def chosen_integrator(
     """The integrator for output times (n_t,) [s], and the sentence that gives the reason.
 
     requested     name of an integrator, or "auto"
-    band      highest frequency wanted [Hz]; None: what the output can show
+    band      highest frequency to resolve [Hz]; None: half the output frequency
     settings  of the integrator: rtol, atol, max_step [s], step [s]
     begun     name of the integrator that a run to be resumed was begun with
 

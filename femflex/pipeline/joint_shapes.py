@@ -25,16 +25,16 @@ Built = dict[str, BuiltBody]
 def crafts_at_lengths(
     case: Case, system: System, origins: BodyOrigins, end: float, response: ElasticResponse | None
 ) -> list[CraftModes]:
-    """The modes of a craft, its members at their first lengths and at those of a time [s].
+    """The modes of a craft with its members at their first lengths, and with the lengths at the time `end` [s].
 
-    The latter are left out where they are the first lengths, or where the system is then inconsistent, such as by loops
-    on the members. response: elastic response in the run.
+    The latter are left out where no length changes, or where the system is then inconsistent, such as by loops on the
+    members. response: elastic response in the run, for the modes at the first lengths.
     """
     crafts, fixed = [craft_modes(system, origins, response)], with_lengths_at(case, end)
     if fixed is None:
         return crafts
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", PhysicsWarning)  # given of the members as they start
+        warnings.simplefilter("ignore", PhysicsWarning)  # issued for the members at their first lengths
         try:
             last_lengths = system_with_origins(fixed.model_copy(update={"initial": None}), built_bodies(fixed))
         except CaseError:
@@ -43,7 +43,7 @@ def crafts_at_lengths(
 
 
 def joint_choices(case: Case, crafts: list[CraftModes]) -> dict[str, Advice]:
-    """The static shapes of its joints for each body that leaves them open; crafts: with all of these."""
+    """The static shapes of joints for each body whose case does not name them; crafts: with all such shapes."""
     places = {name: static_shapes(case, name) for name in open_joints(case)}
     return joint_advice(crafts, crafts[0].origins, places, case.run.band or 0.0)
 

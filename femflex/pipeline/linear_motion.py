@@ -1,7 +1,7 @@
 """The linearised motion of a craft, as a method of solution in addition to the integrators.
 
-Coordinates depart by y = (dxi, du, dz) from a reference x_r(t): the equilibrium nearest to the start, prescribed
-coordinates along their motion, a deploying body at its length. The departures obey
+Departures y = (dxi, du, dz) are measured from a reference x_r(t): the equilibrium nearest to the start, with the
+prescribed coordinates along their motion and deploying bodies at their lengths. They obey
 
     y' = A(t) y + b(t),    b = f(t, x_r) - x_r',
 
@@ -43,11 +43,11 @@ from femflex.system import System
 
 NUMBER = 20  # of the method in resume arrays
 RTOL = 1e-7  # error of a step over the largest departure so far
-SMALLEST_DEPARTURE = 1e-12  # departure in usual sizes below which there is none
+SMALLEST_DEPARTURE = 1e-12  # departure over its usual size below which it is zero
 NODES = np.sqrt(0.6) * np.array([-1.0, 0.0, 1.0])  # Gauss points of a step, from -1 to 1
-SMALLEST = 1e-9  # part of an output step, the least step
-KNOTS, SPLINE = (9, 600), 1e-5  # points of a table of A, and its error before the last halving, of a row's largest
-NOISE = 3.0  # an error that falls less than this many times by a halving is that of the differences
+SMALLEST = 1e-9  # least step over an output step
+KNOTS, SPLINE = (9, 600), 1e-5  # least and most points of a table of A; its error before the last halving, relative
+NOISE = 3.0  # if a halving divides the error by less than this, the rest is the error of the finite differences
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,7 @@ class LinearMotion:
     def blocks(self, model: AnyModel, times: Array, x0: Array, state: Array | None = None) -> Iterator[Block]:
         """Blocks of the states at `times` (n_t,), ascending [s]; x0 (n_x,) is the state at times[0].
 
-        Raises ValueError for what has no linear motion, and for a run that is to be resumed.
+        Raises ValueError for a system without linear motion, and for a run that is to be resumed.
         """
         if not isinstance(model, Model):
             raise ValueError("a linearised motion is that of a compiled femflex system")
@@ -111,7 +111,7 @@ class LinearMotion:
 
 
 def one_thread(blocks: Iterator[Block]) -> Iterator[Block]:
-    """The blocks, with matrix products on one thread: for small matrices several only wait for each other."""
+    """The blocks, computed with matrix products on one thread, which is faster than several for small matrices."""
     from threadpoolctl import threadpool_limits
 
     while True:
@@ -145,7 +145,7 @@ class Steps:
         return np.asarray(self.tables[k](t))
 
     def advanced_to(self, y: Array, t: float, end: float) -> Array:
-        """The departures (n_y,) [SI] at the end of a smooth interval."""
+        """The departures (n_y,) [SI] at `end` [s], from y at t; no load jumps in between."""
         least = SMALLEST * (end - t)
         while t < end:
             h = min(self.h, end - t)
@@ -170,7 +170,7 @@ class Steps:
         return y
 
     def _step(self, y: Array, t: float, h: float) -> Array:
-        """y after h: exp(Omega) y plus the response to the parabola through b at three Gauss points."""
+        """The departures (n_y,) after h [s]: exp(Omega) y plus the response to a parabola through b at Gauss points."""
         middle = t + h / 2
         forcing = [self.reference.forcing(middle + h / 2 * node) for node in NODES]
         self.resume[head.EVALUATIONS] += len(forcing)
@@ -191,7 +191,7 @@ class Steps:
 
 
 def tabulated(reference: Reference, start: float, end: float) -> CubicSpline:
-    """A over a smooth interval, at points as close as the splines between them need."""
+    """Spline of A (n_y, n_y) [SI] over a smooth interval [s], refined until SPLINE is met."""
     margin = 1e-9 * (end - start)
     times = np.linspace(start + margin, end - margin, KNOTS[0])
     values = np.array([reference.matrix(float(t)) for t in times])
@@ -252,7 +252,7 @@ class Reference:
 
     @classmethod
     def from_model(cls, model: Model) -> Reference:
-        """The reference of a model. Raises ValueError for what has no linear motion."""
+        """The reference of a model. Raises ValueError for a system without linear motion."""
         system = model.system
         check(system)
         equilibrium, rest_system, x = None, system, None
@@ -273,11 +273,11 @@ class Reference:
         return cls(model, rest_model, x, Z, independent, inner, sizes, moves, not (changes or moves))
 
     def reference_state(self, t: float) -> Array:
-        """x_r (n_x,) [SI]."""
+        """The reference state x_r (n_x,) [SI] at a time [s]."""
         return prescribed_states(self.model, np.array([t]), self.x[None])[0] if self.moves else self.x
 
     def matrix(self, t: float) -> Array:
-        """A (n_y, n_y) [SI]."""
+        """The state matrix A (n_y, n_y) [SI] at a time [s]."""
         x = self.reference_state(t)
         prescribed, udot = is_prescribed(self.rest_model, x), np.zeros(self.model.n_u)
         if prescribed.any() and not self.constant:
@@ -286,7 +286,7 @@ class Reference:
         return linearised(self.rest_model, t, x, udot).state_matrix()
 
     def forcing(self, t: float) -> Array:
-        """b (n_y,) [SI]: the free coordinates of x_r are at rest."""
+        """The forcing b (n_y,) [SI] at a time [s]; the free coordinates of x_r are at rest."""
         rate = self.model.state_rate(t, self.reference_state(t))
         u = rate[self.model.n_q : self.model.n_q + self.model.n_u]
         return np.concatenate([np.zeros(len(self.independent)), u[self.independent], rate[self.effector_states]])
@@ -309,7 +309,7 @@ class Reference:
 
 
 def check(system: System) -> None:
-    """Raise ValueError for what has no linear motion."""
+    """Raise ValueError for a system without linear motion."""
     refuse_rolling(system, "a linearised run")
     if system.controllers:
         raise ValueError(

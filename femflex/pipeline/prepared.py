@@ -47,7 +47,7 @@ class Prepared:
 
     @cached_property
     def absorbed_misfits(self) -> list[AbsorbedMisfit]:
-        """The misfit of loops with clearance that was absorbed by their markers."""
+        """The misfits of loops with clearance that moving their markers absorbed."""
         from femflex.dynamics.constraints.clearance import absorbed_misfits
 
         return [] if self.model.constraints is None else absorbed_misfits(self.model.constraints)
@@ -138,7 +138,7 @@ def prepare(
 
 
 def _linear(model: Model) -> tuple[Integrator, str]:
-    """The linearised motion in place of an integrator. Raises ValueError for what has none."""
+    """The linearised motion in place of an integrator. Raises ValueError for a system without one."""
     from femflex.pipeline.linear_motion import LinearMotion, check
 
     check(model.system)

@@ -21,12 +21,12 @@ CHECKED = ("monitors/kinetic", "monitors/elastic")
 
 
 def rebuilt(run: Run, case: str | Path | None = None, varying: Mapping[str, Variation] | None = None) -> Model:
-    """The model that made a run, without what was switched off in it.
+    """The model that made a run, with the same terms switched off.
 
     case: where the case file is now, when it has moved; meshes are searched in its folder, its text is the run's.
     varying: the bodies that vary with time, as they were handed to the run.
-    Raises ValueError when the run keeps no case, its folder is gone, or the meshes have changed since; CaseError when
-    they are not there.
+    Raises ValueError when the run keeps no case, its folder is gone, its inputs have changed or Python added effectors;
+    CaseError when the meshes are missing.
     """
     from femflex.case.read import parse_case
     from femflex.dynamics import compile_system
@@ -72,13 +72,13 @@ def check_varying(run: Run, model: Model) -> None:
     if begun != now:
         raise ValueError(
             f"{run.path} was made with bodies that vary with time: {begun or 'none'}; now there are: {now or 'none'}. "
-            "The functions that write their properties are not kept in the file: hand the same ones over again from "
-            "Python (`varying`)"
+            "The file does not keep the functions that write their properties: pass the same ones again from Python "
+            "(`varying`)"
         )
 
 
 def check_agreement(run: Run, model: Model) -> None:
-    """Raise ValueError when the run's last row is not what the model reports of its state."""
+    """Raise ValueError when the run's last row differs from the model's channels in the same state."""
     if not len(run):
         raise ValueError(f"{run.path} holds no instants")
     expected = {path: channel.names for path, channel in model.channels.items() if path in STATES}

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class RecoveryChannels:
-    """Channels by path, and the point with the quantity of each and the path of the amplitudes it follows from."""
+    """Channels by path; and for each its point and quantity, with the path of the amplitudes that give its values."""
 
     channels: dict[str, Channel]
     points: dict[str, tuple[NearestPoint, str]]
@@ -33,7 +33,7 @@ class RecoveryChannels:
 def recovery_channels(case: Case, system: System) -> RecoveryChannels:
     """The channels of the tables [bodies.<name>.recovery] of a case, `recovery/BODY.PLACE/QUANTITY`.
 
-    Raises CaseError with all quantities that a body does not have, and bodies without elements to recover stress from.
+    Raises CaseError for quantities that a body does not have, and for bodies without elements to recover stress from.
     """
     channels: dict[str, Channel] = {}
     points: dict[str, tuple[NearestPoint, str]] = {}

@@ -92,7 +92,7 @@ def motion_problems(case: Case, system: System) -> Iterator[Problem]:
 
 
 def size_problems(case: Case, system: System) -> Iterator[Problem]:
-    """The problem of more rows of output than any study reads; a disk that is full says so when the file is made."""
+    """The problem of more than MOST_OUTPUT_ROWS rows of output, which is a mistake in the output step."""
     rows = case.run.rows(duration_of(case, system))
     if rows > MOST_OUTPUT_ROWS:
         where = "run.output_step" if case.run.output_step is not None else "run.samples"

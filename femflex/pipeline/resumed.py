@@ -1,4 +1,4 @@
-"""Whether an unfinished run can be resumed with a case, and if not, what has changed."""
+"""Checks that an unfinished run can be resumed with a case; their errors name what has changed."""
 
 from __future__ import annotations
 
@@ -153,7 +153,7 @@ def check_same_bodies(run: Run, model: Model) -> None:
 
 
 def _difference(file_body: RunBody, body: FlexibleBody) -> str:
-    """The first quantity that a file keeps of a body otherwise than the body has it, "" for none."""
+    """Name of the first quantity of a body that differs between the file and the body; empty if none does."""
     pairs: dict[str, tuple[Any, Any]] = {
         "mass": (file_body.mass, body.moments.mass),
         "omega": (file_body.omega, body.omega if len(body.omega) else np.full(body.n_shapes, np.nan)),

@@ -73,12 +73,12 @@ def simulate(
 
     output_step  between output times [s]; by default a thousandth of the duration
     integrator   "auto", or the name of one (`integrate.INTEGRATORS`), chosen as for a case
-    band         highest frequency wanted [Hz]; by default what the output can show
+    band         highest frequency to resolve [Hz]; by default half the output frequency
     settings     of the integrator: rtol, atol, max_step [s], step [s]
 
-    Warns of what `advise` doubts, and of bends beyond the range of a body's strain. Raises ValueError for settings that
-    the integrator does not have, and IntegrationError where the motion diverges or the numerics fail; the error carries
-    what was computed. To write a result file as the run goes, describe the craft in a case (`femflex.run`).
+    Issues the warnings of `advise`, and warns of bends beyond the range of a body's strain. Raises ValueError for
+    settings that the integrator does not have, and IntegrationError where the motion diverges or the integration fails;
+    the error carries the motion up to there. To write a result file, describe the craft in a case (`femflex.run`).
     """
     if not duration > 0.0:
         raise ValueError(f"duration is {duration} s; a simulation needs a positive duration")

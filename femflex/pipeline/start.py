@@ -22,7 +22,7 @@ from femflex.system import Context, Part, System, started
 
 
 def system_of(case: Case, bodies: Mapping[str, Part] | None = None) -> System:
-    """The System of a case in its initial state, with these bodies, or with its own, linear where strain is open.
+    """The System of a case in its initial state, with these bodies, or with its own (linear where strain is open).
 
     Raises CaseError with all errors of the case.
     """
@@ -89,7 +89,7 @@ def _check_references(case: Case, system: System) -> None:
 
 
 def with_mass_centre_at_origin(system: System, position_given: bool = False, velocity_given: bool = False) -> System:
-    """The system with its root body shifted so that the centre of mass starts at O, at rest in the orbital motion."""
+    """The system with its centre of mass at rest at O at the start; a given position or velocity is not changed."""
     if not position_given:
         shift = _observed(system, "monitors/center_of_mass")
         system = _with_shifted_root(system, q=-shift)
@@ -100,7 +100,7 @@ def with_mass_centre_at_origin(system: System, position_given: bool = False, vel
 
 
 def _observed(system: System, path: str) -> Array:
-    """A vector channel at t = 0 in axes of the base frame."""
+    """A vector channel (3,) at t = 0, components in the base frame, in the channel's unit."""
     model = compile_system(system)
     channels = model.observe(np.zeros(1), model.x0[None])
     vector = np.asarray(channels[path][0])
