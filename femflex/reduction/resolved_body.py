@@ -21,6 +21,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 from scipy import sparse
@@ -35,7 +36,7 @@ from femflex.reduction.inertia.accelerations import loads_of_rigid_accelerations
 from femflex.reduction.modes.statics import static_response
 from femflex.reduction.origin import Analytic, Deployed, Meshed
 
-Matrix = Array | sparse.csr_array
+Matrix: TypeAlias = Array | sparse.csr_array
 
 DEPENDENT_KINDS = ("derivative",)  # kinds of second order in other shapes: zero in a small motion about rest
 ADDED_POLYNOMIALS = 8  # polynomials of each field by which a beam is resolved, beyond the functions that it has
