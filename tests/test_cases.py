@@ -50,7 +50,6 @@ def test_shipped_case_gives_the_source_of_its_answers(path: Path):
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore:run. an output step")
 def test_stiff_mast_is_integrated_by_the_implicit_method(tmp_path: Path):
     prepared = prepare(CASES[0].with_name("stiff_mast.toml"), tmp_path / "run.h5")
     assert prepared.case.run.integrator == "auto" and isinstance(prepared.integrator, Esdirk4)

@@ -18,7 +18,6 @@ LARGE = {
     "star": large_systems.star(50, 0.4),
 }
 NAMES = ["chain", pytest.param("long chain", marks=pytest.mark.slow), "star"]
-pytestmark = pytest.mark.filterwarnings("ignore:run. an output step")
 
 
 def model_of(text, tmp_path):

@@ -44,19 +44,19 @@ def model_warnings(system: System, origins: BodyOrigins, duration: float) -> lis
     return [*out, *_rotations_without_inertia(system)]
 
 
-def output_warnings(system: System, step: float) -> list[Advice]:
-    """Warnings of bodies whose first mode an output step [s] does not resolve."""
+def output_notes(system: System, step: float) -> list[Advice]:
+    """Notes on bodies whose first mode an output step [s] does not resolve, as `-v` prints them."""
     pieces = {piece for parts in system.segments.values() for piece in parts}
     out = []
     for name, body in _distinct_bodies({name: body for name, body in system.bodies.items() if name not in pieces}):
         omega = body.omega[np.isfinite(body.omega) & (body.omega > 0)]
         if len(omega) and step > math.pi / omega[0]:
             text = (
-                f"run: an output step of {step:.4g} s resolves up to {0.5 / step:.4g} Hz, and the first mode of body "
+                f"an output step of {step:.4g} s resolves up to {0.5 / step:.4g} Hz, and the first mode of body "
                 f"{name!r} has {omega[0] / (2 * math.pi):.4g} Hz; its vibration is computed but not resolved in the "
                 "output; lower run.output_step to see it"
             )
-            out.append(doubt(name, "output", text, step, math.pi / omega[0]))
+            out.append(Advice(name, "output", None, text, step, math.pi / omega[0]))
     return out
 
 

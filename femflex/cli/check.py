@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -74,7 +75,7 @@ def examine_case(case: Path) -> tuple[ResolvedCase, str]:
     """
     with Patience("building the bodies"):
         from femflex.advice.advice import warn_of
-        from femflex.advice.model_warnings import output_warnings
+        from femflex.advice.model_warnings import output_notes
         from femflex.case import read_case
         from femflex.noun.values import counted_noun
         from femflex.pipeline.decisions import refuse_rotation_without_inertia, resolve_choices
@@ -87,7 +88,9 @@ def examine_case(case: Path) -> tuple[ResolvedCase, str]:
         system = resolved_case.system
         times = parsed_case.run.times(duration_of(parsed_case, system))
         loops = growing_loops(system, float(times[-1]))
-        warn_of((*resolved_case.advice, *output_warnings(system, float(times[1] - times[0])), *loops))
+        warn_of((*resolved_case.advice, *loops))
+        notes = output_notes(system, float(times[1] - times[0]))
+        resolved_case = replace(resolved_case, advice=(*resolved_case.advice, *notes))
     elastic = sum(body.n_modes for body in system.bodies.values())
     mass = sum(body.moments.mass for body in system.bodies.values())
     bodies = counted_noun(len(system.bodies), "body", "bodies")

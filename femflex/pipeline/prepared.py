@@ -88,7 +88,7 @@ def prepare(
     Raises as `femflex.run` does for what can be reported before the first step.
     """
     from femflex.advice.advice import warn_of
-    from femflex.advice.model_warnings import output_warnings
+    from femflex.advice.model_warnings import output_notes
     from femflex.case import Case, read_case
     from femflex.dynamics.reports.observe import observe
     from femflex.integrate import dop853_kernel
@@ -125,7 +125,7 @@ def prepare(
         check_same_model(model, Path(output))
     times = case.run.times(duration_of(case, system))
     refuse_rotation_without_inertia(resolved)
-    resolved = replace(resolved, advice=(*resolved.advice, *output_warnings(system, float(times[1] - times[0]))))
+    resolved = replace(resolved, advice=(*resolved.advice, *output_notes(system, float(times[1] - times[0]))))
     warn_of(resolved.advice)
     begun = ""
     if output is not None and resume:

@@ -64,8 +64,8 @@ class Theme:
     def elastic_colours(self, n: int) -> Array:
         """Red, green and blue (n, 3) from 0 to 1, from no elastic displacement to the largest.
 
-        >>> theme_of("light").elastic_colours(2).round(2).tolist()
-        [[0.23, 0.33, 0.55], [0.99, 0.91, 0.14]]
+        >>> theme_of("light").elastic_colours(2).round(1).tolist()
+        [[0.2, 0.3, 0.5], [1.0, 0.9, 0.1]]
         """
         known = np.array([list(bytes.fromhex(colour[1:])) for colour in self.elastic.split()]) / 255.0
         places = np.linspace(0.0, len(known) - 1.0, n)
