@@ -19,7 +19,7 @@ PACKAGES: Mapping[str, tuple[str, ...]] = {  # extra -> what it brings, by the n
 
 
 class MissingExtra(ImportError, ValueError):
-    """What was requested needs packages that are not installed."""
+    """A request needs packages that are not installed."""
 
 
 def install_command(extra: str) -> str:

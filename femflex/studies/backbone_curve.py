@@ -177,7 +177,7 @@ class _Branch:
     def _follow_to(self, amplitude: float, length: float) -> tuple[str, float]:
         """Follow to an amplitude; return the reason for a failure (empty if none), and the next step length."""
         while self.points[-1].amplitude < amplitude:
-            point = self._next(self.points[-1], length, amplitude)
+            point = self._next_point(self.points[-1], length, amplitude)
             if point is None and length > SHORTEST:
                 length /= 2
                 continue
@@ -223,7 +223,7 @@ class _Branch:
         for point in (outside[-back] for back in BACK if back <= len(outside)):
             length = max(SHORT, (peak - point.amplitude) / point.rate) if point.rate > 0 else np.inf
             while length < FARTHEST:
-                far = self._next(point, length, np.inf)
+                far = self._next_point(point, length, np.inf)
                 if far is not None and far.amplitude > (1 + CLEAR) * peak and far.share > least:
                     return self._far_side(peak, far, amplitude)
                 length *= 1.5
@@ -251,7 +251,7 @@ class _Branch:
         rate = float(self.problem.amplitude_row(vibration.harmonics) @ tangent) / length
         return _Point(vibration, tangent / length, metric / length, rate, float(squares[0] / squares.sum()))
 
-    def _next(self, point: _Point, length: float, largest: float) -> _Point | None:
+    def _next_point(self, point: _Point, length: float, largest: float) -> _Point | None:
         """The point one step ahead, or that of amplitude `largest` if it comes first; None where the branch ends."""
         if point.rate > 0 and point.amplitude + length * point.rate >= largest:
             return self._continued(point, (largest - point.amplitude) / point.rate, largest)

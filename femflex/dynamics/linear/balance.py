@@ -82,10 +82,14 @@ class Step:
 
 
 def balance(problem: Steady, q: Array, share: float) -> Balance:
-    """Newton's method with shortened steps from the coordinates q (n_q,), under a share of the outer forces."""
+    """Newton's method with shortened steps from the coordinates q (n_q,), under a share of the outer forces.
+
+    Where the steps do not settle, such as along a ring of equilibria, the result is the step of least residual.
+    """
     no_directions = np.zeros((len(problem.sizes), 0))
     step = Step(np.zeros(len(problem.sizes)), (), no_directions, 0.0)
     residual, worst, balanced = np.inf, 0, False
+    best = Balance(q, False, MAX_STEPS, residual, worst, (), no_directions)
     least = ENERGY_TOLERANCE * max(problem.largest_force(q, share), share * problem.energy_of_spin)
     for k in range(MAX_STEPS):
         g, lambdas, A = unbalanced_forces(problem, q, share)
@@ -101,6 +105,8 @@ def balance(problem: Steady, q: Array, share: float) -> Balance:
         balanced = residual <= BALANCED
         if balanced and longest <= SETTLED:
             return Balance(q, True, k, residual, worst, step.neutral, directions)
+        if residual < best.residual:
+            best = Balance(q, False, MAX_STEPS, residual, worst, step.neutral, directions)
 
         def merit(forces: Array, K: Array = K, size: float = size, A: Array = A) -> float:
             # bending and closing loops stretch stiff shapes a little: large forces, which the next step takes away
@@ -110,7 +116,7 @@ def balance(problem: Steady, q: Array, share: float) -> Balance:
         q, improved = _line_search(problem, q, move, share, merit, stiff_compliance(problem, q, share, A, K))
         if not improved:  # the forces are at their rounding, or do not fall at all
             return Balance(q, balanced, k + 1, residual, worst, step.neutral, directions)
-    return Balance(q, False, MAX_STEPS, residual, worst, step.neutral, problem.sizes[:, None] * step.directions)
+    return best
 
 
 def unbalanced_forces(problem: Steady, q: Array, share: float) -> tuple[Array, Array, Array]:

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from femflex.arrays import Array, ComplexArray
-from femflex.dynamics.linear.balance import LEVEL, Balance, balance, finely_balanced, stable_state_below
+from femflex.dynamics.linear.balance import BALANCED, LEVEL, Balance, balance, finely_balanced, stable_state_below
 from femflex.dynamics.linear.freedoms import elastic_places, freedom_names
 from femflex.dynamics.linear.motion_scale import damped
 from femflex.dynamics.linear.small_motions import SmallMotions, small_motions
@@ -25,8 +25,6 @@ from femflex.effectors.constant_commands import with_held_commands
 from femflex.system import Controller, System
 
 FIRST, LEAST = 0.25, 1e-4  # share of the outer forces added in a step of the continuation
-# residual over the largest force, on a ring of equilibria: steps along it, hardly resisted, go on at rounding
-BALANCED_ON_RING = 1e-8
 SUBSTITUTIONS, SETTLED = 50, 1e-9  # of what followers hold, and their change that counts as none
 NO_FREE_COORDINATE = (
     "the craft has no free coordinate: its bodies are rigid, and its joints are welded or prescribed. An equilibrium "
@@ -277,7 +275,7 @@ def _stable_equilibrium_from(problem: Steady, unstable: Equilibrium, start: Arra
     """The stable equilibrium that the motion that grows away from an unstable one leads to."""
     q = stable_state_below(problem, unstable.q, start)
     trial = None if q is None else balance(problem, q, 1.0)
-    if trial is not None and trial.residual <= BALANCED_ON_RING:
+    if trial is not None and trial.residual <= BALANCED:  # it may go on along a ring of equilibria, hardly resisted
         count = unstable.iterations + trial.iterations
         settled = replace(_as_equilibrium(problem, trial, trial.q, 1.0, count), left=unstable)
         if settled.stable:
