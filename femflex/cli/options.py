@@ -1,4 +1,4 @@
-"""The parts that several verbs share: their options, the texts in them, and the files of -o, which are told by their suffix."""
+"""The parts that several verbs share: their options, the texts in them, and the files of -o by their suffixes."""
 
 from __future__ import annotations
 
