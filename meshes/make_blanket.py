@@ -14,13 +14,13 @@ from femflex.mesh import Mesh, line, rectangle, write_mesh
 
 def blanket() -> Mesh:
     """Blanket, bar on its outer edge, and boom."""
-    plain = rectangle(10.0, 1.0, 10, 2, "quad9").translated([0.0, -0.5, 0.0])
+    plain = rectangle(10.0, 1.0, 10, 6, "quad9").translated([0.0, -0.5, 0.0])
     sheet = Mesh(
         plain.points, plain.cells, {"blanket": plain.cell_groups["surface"], "bar": plain.cell_groups["right"]}
     )
     axis = line(np.array([[0.0, 0.0, 0.0], [10.0, 0.0, 0.0]]), 3)
     axis = Mesh(axis.points, axis.cells, {"boom": axis.cell_groups["line"]})
-    mesh = sheet.merged(axis, tolerance=1e-6)  # the boom's ends are points of the blanket's edges
+    mesh = sheet.merged(axis, tolerance=1e-6)  # only the ends of the boom are points of the blanket
     tip = mesh.nearest_point([10.0, 0.0, 0.0])
     root = np.flatnonzero(np.abs(mesh.points[:, 0]) < 1e-9)
     return mesh.with_groups(points={"root": root, "tip": [tip], "middle": [mesh.nearest_point([5.0, 0.0, 0.0])]})

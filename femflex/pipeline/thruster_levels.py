@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class ThrusterLevels:
-    """Watches the signals that command thrusters, and warns of those above full thrust, and of those never above zero.
+    """Watches the signals that command thrusters, and warns of those above full thrust, and if none ever fired.
 
     Commands below zero are usual: of two opposite thrusters, one does not fire.
     """
@@ -37,12 +37,13 @@ class ThrusterLevels:
             self._largest[name] = max(before, (float(levels[k]), float(times[k])))
 
     def warn(self) -> None:
-        """Warn of thrusters whose level was cut off at full thrust, and of those that never fired."""
+        """Warn of thrusters whose level was cut off at full thrust, and of all thrusters if none of them fired."""
+        silent = all(level <= 0.0 for level, _ in self._largest.values())
         for name, (level, t) in self._largest.items():
             signal = ".".join(self._paths[name].split("/")[1:])
             if level > FULL_THRUST:
                 text = f"rose to {level:.4g} at t = {t:.4g} s, above 1, where it is cut off: full thrust is 1"
-            elif level <= 0.0:
+            elif silent:
                 text = f"was never above 0 (at most {level:.4g}), so it never fired"
             else:
                 continue
