@@ -55,7 +55,8 @@ SUBJECTS = {
         "spinner nutation_damper rotating_blade helicopter_blade spin_up spin_up_segments spinning_plate elastica"
     ),
     "Wheels, thrusters, sensors and controllers": (
-        "cmg_manoeuvre wheel_jitter detumble magnetic_detumbling delayed_samples geostationary_momentum gimbal_antenna "
+        "cmg_manoeuvre wheel_jitter pointing_budget shaken_beam detumble "
+        "magnetic_detumbling delayed_samples geostationary_momentum gimbal_antenna "
         "propellant_pendulum scole"
     ),
     "Sun, air and field": "boom_in_the_air shaded_wings sun_synchronous",

@@ -21,6 +21,7 @@ from femflex.case.run import PicturesTable, RunTable, StudyTable
 from femflex.case.section import Material, Section
 from femflex.case.sight import SightTable
 from femflex.case.stability import StabilityTable
+from femflex.disturbances import Disturbance, JitterTable
 from femflex.effectors.noun import EffectorNoun
 from femflex.effectors.registry import nouns
 from femflex.noun.table import Name, Table, refuse
@@ -75,6 +76,10 @@ class Case(Summarised, Table):
     """Speeds of the Campbell diagram."""
     stability: StabilityTable | None = None
     """Values over which stability is charted."""
+    disturbances: dict[Name, Disturbance] = Field(default_factory=dict)
+    """Disturbances of pointing by name, for `femflex jitter`; a run leaves them out."""
+    jitter: JitterTable | None = None
+    """Outputs and frequencies of `femflex jitter`."""
     expect: ExpectationsTable = Field(default_factory=lambda: ExpectationsTable.model_validate({}))
     """Expected answers of the case, by name."""
 

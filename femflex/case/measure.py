@@ -23,6 +23,7 @@ from femflex.noun.values import (
 OF_BODY = ("mode_frequency", "body_mass")
 OF_CAMPBELL = "campbell_frequency"
 OF_SYSTEM = "system_frequency"
+OF_JITTER = "jitter"
 UNIT_OF = {  # the unit first, then other permitted units
     "body_mass": ("kg",),
     "mode_frequency": ("Hz", "rad/s"),
@@ -44,6 +45,7 @@ Reduction = Literal[
     "body_mass",
     "campbell_frequency",
     "system_frequency",
+    "jitter",
 ]
 
 
@@ -101,7 +103,8 @@ class MeasureTable(Table):
     """How the number is formed. Of a channel: value, change (end minus start), peak (largest magnitude), maximum,
     minimum, range, mean, rms, drift (largest departure from the start), or frequency. A value is that at time `at`.
     A frequency [Hz] comes from crossings of the mean, or from a fit of `tones` sinusoids. Of a body:
-    mode_frequency [Hz] or body_mass [kg]. Of the craft: campbell_frequency [Hz] or system_frequency [Hz]."""
+    mode_frequency [Hz] or body_mass [kg]. Of the craft: campbell_frequency [Hz], system_frequency [Hz],
+    or jitter, the root mean square of an output of [jitter]."""
     channel: str | None = None
     """Path in the result file, such as "markers/boom.tip/deflection"."""
     component: Annotated[str | int | None, _Component()] = None
@@ -127,23 +130,27 @@ class MeasureTable(Table):
     branch: str | None = None
     """Name of the branch in the Campbell diagram, such as "flap 1". For system_frequency: name of the mode, in place of
     its number."""
+    output: str | None = None
+    """Output of [jitter] with its component, such as "camera:y", for of = "jitter"."""
     speed: Annotated[float | None, Quantity("rad/s", least=0.0)] = None
     """Speed of the Campbell diagram at which the frequency is taken; one of its speeds."""
 
     @model_validator(mode="after")
     def _keys_fit_quantity(self) -> MeasureTable:
         of_campbell = self.of == OF_CAMPBELL
-        of_system = self.of == OF_SYSTEM
+        of_system, of_jitter = self.of == OF_SYSTEM, self.of == OF_JITTER
+        if (self.output is not None) != of_jitter:
+            refuse(f"found of = {self.of!r} {'with' if self.output else 'without'} output; it goes with of = 'jitter'")
         if [self.branch is not None and not of_system, self.speed is not None] != [of_campbell] * 2:
             refuse(f"found of = {self.of!r}; branch and speed go with of = {OF_CAMPBELL!r}, which needs both")
-        if (of_campbell or of_system) and (self.channel is not None or self.body is not None):
+        if (of_campbell or of_system or of_jitter) and (self.channel is not None or self.body is not None):
             refuse(f"found of = {self.of!r} with a channel or a body; it is a quantity of the whole craft")
         if self.of in OF_BODY:
             if self.body is None:
                 refuse(f"found of = {self.of!r} without body; name the body")
             if self.channel is not None:
                 refuse(f"found of = {self.of!r} with a channel; it is a quantity of the body alone")
-        elif self.channel is None and not (of_campbell or of_system):
+        elif self.channel is None and not (of_campbell or of_system or of_jitter):
             refuse(f"found of = {self.of!r} without channel; name a channel such as 'attitude/angles'")
         if self.at is not None and self.of != "value":
             refuse(f"found `at` together with of = {self.of!r}; `at` goes with of = 'value'")

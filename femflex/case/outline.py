@@ -24,6 +24,7 @@ from femflex.case.measure import ExpectationsTable
 from femflex.case.orbit import AttitudeTable, OrbitTable
 from femflex.case.run import PicturesTable, RunTable, StudyTable
 from femflex.case.sight import SightTable
+from femflex.disturbances import Disturbance, JitterOutput
 from femflex.effectors.registry import nouns
 from femflex.noun.problems import item_label
 from femflex.system.load import Load
@@ -33,8 +34,9 @@ T = TypeVar("T")
 
 
 def mounted_kinds() -> dict[str, Any]:
-    """Heading -> type of the tables of every effector that acts on a body."""
-    return {heading: table_of(kinds) for heading, kinds in nouns().items() if "body" in kinds[0].model_fields}
+    """Heading -> type of the tables of every effector that acts on a body, and of disturbances."""
+    kinds = {heading: table_of(kinds) for heading, kinds in nouns().items() if "body" in kinds[0].model_fields}
+    return kinds | {"disturbances": Disturbance}
 
 
 SURROUNDINGS = "surroundings"  # their heading
@@ -47,7 +49,8 @@ class Outline:
 
     bodies  by name; joints, loads, loops, constraints, springs and sights by their label in key paths, such as
             "joints[panel]"
-    mounted wheels, gyros, thrusters, tanks, separation springs, cables and sensors by their label, as "wheels.w1"
+    mounted wheels, gyros, thrusters, tanks, separation springs, cables, sensors, disturbances and outputs of
+            [jitter] by their label, as "wheels.w1"
     surroundings by their label, as "surroundings.sun"
     names   of the entries of materials and sections, valid or not
     """
@@ -78,6 +81,7 @@ def outline_of_case(case: Case, raw: Mapping[str, Any]) -> Outline:
     mounted: dict[str, Any] = {}
     for key in mounted_kinds():
         mounted |= _label_named(key, getattr(case, key))
+    mounted |= _label_named("jitter.outputs", case.jitter.outputs if case.jitter else {})
     return Outline(
         run=case.run,
         orbit=case.orbit,
@@ -106,6 +110,8 @@ def outline_of_tables(raw: Mapping[str, Any]) -> Outline:
     mounted: dict[str, Any] = {}
     for key, kind in mounted_kinds().items():
         mounted |= _read_named(raw, key, kind)
+    outputs = _read_named(_table(raw, "jitter"), "outputs", JitterOutput)
+    mounted |= {f"jitter.{key}": item for key, item in outputs.items()}
     return Outline(
         run=_valid_or_none(RunTable, raw.get("run")),
         orbit=_valid_or_none(OrbitTable, raw.get("orbit", {"kind": "none"})),

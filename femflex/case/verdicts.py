@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
 from femflex.case.case import Case
 from femflex.case.evaluate import Record, measured_unit, measured_value
-from femflex.case.measure import OF_CAMPBELL, OF_SYSTEM, ExpectTable
+from femflex.case.measure import OF_CAMPBELL, OF_JITTER, OF_SYSTEM, ExpectTable
 from femflex.noun.units import UnitError, to_base
 
 
@@ -53,7 +54,7 @@ def run_verdicts(case: Case, run: Record) -> list[Verdict]:
     return [
         _verdict(name, table, measured_value(table, run, motion), measured_unit(table, run))
         for name, table in case.expect.answers.items()
-        if table.of not in (OF_CAMPBELL, OF_SYSTEM)
+        if table.of not in (OF_CAMPBELL, OF_SYSTEM, OF_JITTER)
     ]
 
 
@@ -72,6 +73,20 @@ def mode_verdicts(case: Case, modes: Modes) -> list[Verdict]:
         for name, table in case.expect.answers.items()
         if table.of == OF_SYSTEM
     ]
+
+
+def jitter_verdicts(case: Case, rms: Mapping[str, tuple[float, str]]) -> list[Verdict]:
+    """The verdict on every entry of the case's [expect] table that is about jitter.
+
+    rms: name of an output -> root mean square and unit. Raises KeyError for an output that [jitter] does not have.
+    """
+    out = []
+    for name, table in case.expect.answers.items():
+        if table.of == OF_JITTER:
+            if table.output is None or table.output not in rms:
+                raise KeyError(f"expect.{name}: [jitter] has no output {table.output!r}; known are {', '.join(rms)}")
+            out.append(_verdict(name, table, *rms[table.output]))
+    return out
 
 
 def diagram_verdicts(case: Case, diagram: Diagram) -> list[Verdict]:

@@ -53,6 +53,11 @@ NOUNS = {
     "A m^2": "magnetic moment",
     "N m s/(rad T^2)": "eddy current coefficient",
     "m^3/s^2": "gravitational parameter",
+    "N s^2/rad^2": "force over squared speed",
+    "N m s^2/rad^2": "torque over squared speed",
+    "N^2/Hz": "spectral density of a force",
+    "N^2 m^2/Hz": "spectral density of a torque",
+    "m^2/s^4/Hz": "spectral density of an acceleration",
     "kg^0.5 m": "modal amplitude",
     "kg^0.5 m/s": "modal rate",
 }

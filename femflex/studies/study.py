@@ -15,10 +15,11 @@ from femflex.assembly import build_part
 from femflex.assembly.shared import shared_structures
 from femflex.case import Case, CaseError
 from femflex.case.evaluate import measured_unit, measured_value
-from femflex.case.measure import OF_SYSTEM, MeasureTable
+from femflex.case.measure import OF_JITTER, OF_SYSTEM, MeasureTable
 from femflex.case.run import StudyTable
 from femflex.pipeline.case_bodies import with_own_strain
 from femflex.pipeline.case_equilibrium import case_modes
+from femflex.studies.jitter import jitter
 from femflex.studies.levels import VARIED, Level, LevelBodies, LevelSet, level_set
 from femflex.studies.recorded_run import RecordedRun, recorded_run
 from femflex.system import Part
@@ -106,6 +107,10 @@ class Study:
 
     def value(self, level_bodies: LevelBodies, progress: Progress) -> tuple[float, str, float]:
         """The quantity with these bodies, its unit, and the relative tolerance of the integration behind it."""
+        if self.quantity.of == OF_JITTER:
+            all_bodies = self.constant | level_bodies.bodies | level_bodies.other_bodies
+            budget = jitter(self.case, {name: all_bodies[name] for name in self.case.bodies})
+            return *budget.rms_of(str(self.quantity.output)), 0.0
         if self.quantity.of == OF_SYSTEM:
             all_bodies = self.constant | level_bodies.bodies | level_bodies.other_bodies
             modes = case_modes(self.case, bodies={name: all_bodies[name] for name in self.case.bodies})
@@ -176,6 +181,8 @@ def quantity_text(quantity: MeasureTable) -> str:
         return f"frequency of mode {q.mode} of {q.body}"
     if q.of == "body_mass":
         return f"mass of {q.body}"
+    if q.of == OF_JITTER:
+        return f"jitter (rms) of {q.output}"
     if q.of == OF_SYSTEM:
         return f"frequency of {q.branch or f'mode {q.mode}'} of the craft"
     measure_text = f"frequency {q.tone} of {q.tones}" if q.of == "frequency" and q.tones > 1 else q.of

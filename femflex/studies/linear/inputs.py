@@ -5,6 +5,7 @@ markers/BODY.MARKER/force:x  a force or torque at a marker, in its axes
 joints/FREEDOM/effort      force or torque along a slide or turn
 motions/FREEDOM            acceleration of a prescribed or locked slide or turn; its value and rate become states
 effectors/NAME/CHANNEL     a signal, or a command of a sampled controller
+base/acceleration:x        of the base that carries the craft: minus as much weight, for motions relative to the base
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from femflex.system.segments import marker_label
 
 XYZ = ("x", "y", "z")
 UNITS = {"force": "N", "torque": "N m"}
+BASE = "base/acceleration"
 OWN = "linear-model-input"  # name of a load that is added to a system
 FIRST = 4  # index of the first gain in a block of constants
 SIZE = 1.0  # of a signal or a command, in which it is stepped
@@ -58,6 +60,9 @@ class Input:
         if self.kind == "effector":
             effectors = tuple(_with_more_signal(item, self.component, amount, self.owner) for item in system.effectors)
             return replace(system, effectors=effectors)
+        if self.kind == "base":
+            gravity = system.environment.gravity - amount * np.eye(3)[XYZ.index(self.component)]
+            return replace(system, environment=replace(system.environment, gravity=gravity))
         if self.kind == "effort":
             joint, k = joint_coordinate(system, self.owner)
             changed = _with_effort(joint, k, coordinates[self.owner], amount)
@@ -115,6 +120,8 @@ def all_inputs(system: System) -> dict[str, Input]:
             for channel in ("value",) if effector.kind == "signal" else effector.channels:
                 path, unit = f"effectors/{effector.name}/{channel}", effector.channels[channel]
                 inputs.append(Input(path, unit, "effector", effector.name, channel, STEP * SIZE))
+    if system.orbit is None:
+        inputs += [Input(f"{BASE}:{axis}", "m/s^2", "base", "", axis, 1.0) for axis in XYZ]
     return {entry.path: entry for entry in inputs}
 
 

@@ -15,12 +15,13 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.case import CaseError, with_values
 from femflex.case.evaluate import column_unit, measured_unit, measured_value
-from femflex.case.measure import OF_SYSTEM, MeasureTable
+from femflex.case.measure import OF_JITTER, OF_SYSTEM, MeasureTable
 from femflex.case.read import parse_case
 from femflex.case.sweep import SweepTable, parse_sweep
 from femflex.integrate import IntegrationError
 from femflex.pipeline.case_equilibrium import case_modes
 from femflex.pipeline.decisions import resolve_choices
+from femflex.studies.jitter import jitter
 from femflex.studies.recorded_run import RecordedRun, recorded_run
 from femflex.studies.varied_case import VariedCase
 from femflex.warning import PhysicsWarning
@@ -147,13 +148,18 @@ def _outcome(base: VariedCase, table: SweepTable, number: int, values: Mapping[s
         run = recorded_run(case, bodies, paths)
     else:
         run = RecordedRun(resolve_choices(case, bodies, loaded=False).system.bodies)
-    of_system = any(entry.of == OF_SYSTEM for entry in table.outputs.values())
-    modes = case_modes(case, bodies=bodies) if of_system else None
+    kinds = {entry.of for entry in table.outputs.values()}
+    modes = case_modes(case, bodies=bodies) if OF_SYSTEM in kinds else None
+    budget = jitter(case, bodies) if OF_JITTER in kinds else None
     outputs, units = [], []
     for entry in table.outputs.values():
         if entry.of == OF_SYSTEM and modes is not None:
             outputs.append(float(modes.frequency(entry.branch or entry.mode)))
             units.append("Hz")
+        elif entry.of == OF_JITTER and budget is not None:
+            rms, unit = budget.rms_of(str(entry.output))
+            outputs.append(rms)
+            units.append(unit)
         else:
             outputs.append(measured_value(entry, run, run.mean_motion))
             units.append(measured_unit(entry, run))

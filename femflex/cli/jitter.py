@@ -1,0 +1,161 @@
+"""`femflex jitter`: the pointing budget of a craft by source, mode, frequency and speed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from femflex.cli.options import DIAGRAM_SUFFIXES, PICTURE, CaseFile, Force, Json, Theme, Title, Verbose, outputs
+from femflex.cli.progress import Patience
+from femflex.cli.tables import print_json, print_line, print_table
+from femflex.cli.verb import verb
+
+if TYPE_CHECKING:
+    from femflex.studies.jitter import Budget
+
+Diagram = Literal["cumulative", "spectrum", "response", "speeds", "waterfall"]
+SHOWN = 12  # modes printed; -v prints all
+LEAST_SHARE = 5e-4  # of the variance of any output, from which on a mode is printed
+ARCSECOND = 4.84813681109536e-06
+RPM = 60.0 / 6.283185307179586
+
+
+@verb("femflex jitter cases/wheel_jitter.toml -o jitter.png")
+def jitter(
+    case: CaseFile,
+    output: Annotated[
+        list[Path] | None, typer.Option("-o", "--output", help="Picture (.png, .svg) of the diagram of --show.")
+    ] = None,
+    show: Annotated[
+        Diagram,
+        typer.Option(
+            "--show",
+            help="cumulative: rms up to each frequency; spectrum: of random sources; response: to each source; "
+            "speeds: rms over the speed of wheels and drives; waterfall: lines over frequency and speed.",
+        ),
+    ] = "cumulative",
+    title: Title = None,
+    theme: Theme = "light",
+    force: Force = False,
+    verbose: Verbose = False,
+    as_json: Json = False,
+) -> None:
+    """Compute what wheels, drives, coolers, thrusters and a shaken base do to the line of sight.
+
+    The case has [disturbances] and the outputs of [jitter]. Printed are the root mean square of each output and three
+    times it, by source at the worst speed of each, and by mode.
+    """
+    files = outputs(output, {PICTURE: DIAGRAM_SUFFIXES}, force, theme)
+    with Patience("building bodies and linearising the equations of motion") as say:
+        from femflex.case import read_case
+        from femflex.case.verdicts import jitter_verdicts
+        from femflex.studies.jitter import jitter as jitter_of
+
+        parsed_case = read_case(case)
+        budget = jitter_of(parsed_case, progress=say)
+    rms = {name: budget.rms_of(name) for name in budget.names}
+    verdicts = jitter_verdicts(parsed_case, rms)
+    heading = parsed_case.title or case.stem
+    if PICTURE in files:
+        from femflex.view.jitter import plot_jitter
+
+        plot_jitter(budget, files[PICTURE], show, theme=theme, force=force, title=heading if title is None else title)
+    if as_json:
+        print_json(budget_data(budget))
+        return
+    print(heading)
+    print_budget(budget, verbose)
+    for verdict in verdicts:
+        print_line("expected", verdict)
+    if PICTURE in files:
+        print(f"picture     {files[PICTURE]}")
+
+
+def print_budget(budget: Budget, verbose: bool) -> None:
+    """Print the tables of a budget: outputs, sources, modes, shocks."""
+    shocks = budget.shocks()
+    moving = [k for k in range(len(budget.names)) if budget.rms[k] or any(peaks[0][k] for peaks in shocks.values())]
+    names = [budget.names[k] for k in moving]
+    factors = [1.0 / ARCSECOND if budget.units[k] == "rad" else 1.0 for k in moving]  # angles in arc seconds
+    units = ["arcsec" if budget.units[k] == "rad" else budget.units[k] for k in moving]
+    heads = [(f"{name}, {unit}", ".4g") for name, unit in zip(names, units, strict=True)]
+
+    def scaled(values: Any) -> list[float]:
+        return [values[k] * factor for k, factor in zip(moving, factors, strict=True)]
+
+    print_line("band", f"{budget.edges[0]:.4g} to {budget.edges[-1]:.4g} Hz, {len(budget.modes)} vibration modes in it")
+    if len(moving) < len(budget.names):
+        print_line("at rest", ", ".join(name for name in budget.names if name not in names))
+    limits, rows = budget.limits(), []
+    for k, name, unit, factor in zip(moving, names, units, factors, strict=True):
+        rms, limit = budget.rms[k], limits[k]
+        verdict = "" if limit is None else "within" if 3.0 * rms <= limit else "exceeded"
+        rows.append([name, unit, rms * factor, 3.0 * rms * factor, None if limit is None else limit * factor, verdict])
+    print_table(["output", "unit", ("rms", ".4g"), ("3 sigma", ".4g"), ("limit", ".4g"), ""], rows)
+    if budget.contributions:
+        by_source = [[source, *scaled(entry.rms)] for source, entry in budget.contributions.items()]
+        print_table(["rms by source", *heads], by_source)
+        swept = [(source, entry.scan) for source, entry in budget.contributions.items() if entry.scan is not None]
+        if swept:
+            speeds = [[source, *(scan.speeds[scan.worst[k]] * RPM for k in moving)] for source, scan in swept]
+            print_table(["worst speed, rpm", *[(name, ".5g") for name in names]], speeds)
+        mode_heads = ["part of the mean square", ("Hz", ".4g"), ("damping ratio", ".3g"), *names]
+        print_table(mode_heads, mode_rows(budget, moving, verbose))
+    for source, (srss, cqc, _) in shocks.items():
+        peaks = [[rule, *scaled(values)] for rule, values in (("SRSS", srss), ("CQC", cqc))]
+        print_table([f"peaks of shock {source}", *heads], peaks)
+
+
+def mode_rows(budget: Budget, outputs: Sequence[int], verbose: bool) -> list[list[Any]]:
+    """Rows of the modes with their parts of the mean squares of outputs, largest first, and of what is no mode."""
+    import numpy as np
+
+    squares = budget.mean_squares[list(outputs)]
+    shares = budget.by_mode[:, list(outputs)] / np.where(squares > 0.0, squares, np.inf)
+    largest = np.abs(shares[:-1]).max(axis=1, initial=0.0)
+    order = np.argsort(-largest, kind="stable")
+    if not verbose:
+        order = order[largest[order] >= LEAST_SHARE][:SHOWN]
+    rows: list[list[Any]] = [
+        [budget.modes[k].name, budget.modes[k].frequency, budget.modes[k].damping_ratio, *_percents(shares[k])]
+        for k in order
+    ]
+    rest = shares.sum(axis=0) - shares[order].sum(axis=0)
+    return [*rows, ["rigid motion and the rest", None, None, *_percents(rest)]]
+
+
+def _percents(shares: Any) -> list[str]:
+    """Shares as text, nothing for what rounds to zero."""
+    return [f"{share:.1%}" if abs(share) >= LEAST_SHARE else "" for share in shares]
+
+
+def budget_data(budget: Budget) -> dict[str, Any]:
+    """A budget as data, in SI."""
+    limits = budget.limits()
+    return {
+        "band_hz": [budget.edges[0], budget.edges[-1]],
+        "outputs": [
+            {"name": name, "unit": unit, "rms": rms, "three_sigma": 3.0 * rms, "limit": limit}
+            for name, unit, rms, limit in zip(budget.names, budget.units, budget.rms, limits, strict=True)
+        ],
+        "sources": {
+            source: {
+                "rms": entry.rms,
+                "mean_square_by_mode": entry.by_mode,
+                "lines": [{"frequency_hz": f, "mean_square": square} for f, square in entry.at_lines],
+                "worst_speed": None if entry.scan is None else entry.scan.speeds[entry.scan.worst],
+                "rms_over_range": None if entry.scan is None else entry.scan.mean_over_range**0.5,
+            }
+            for source, entry in budget.contributions.items()
+        },
+        "modes": [
+            {"name": mode.name, "frequency_hz": mode.frequency, "damping_ratio": mode.damping_ratio}
+            for mode in budget.modes
+        ],
+        "shocks": {
+            source: {"srss": srss, "cqc": cqc, "by_mode": each} for source, (srss, cqc, each) in budget.shocks().items()
+        },
+    }

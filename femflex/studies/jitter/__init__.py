@@ -1,0 +1,21 @@
+"""The pointing budget: small motions of a craft under disturbances, by frequency, source and mode."""
+
+from __future__ import annotations
+
+from femflex.studies.jitter.budget import Budget, Contribution, SpeedScan, jitter
+from femflex.studies.jitter.plant import Plant, jitter_plant
+from femflex.studies.jitter.quadrature import frequency_panels
+from femflex.studies.jitter.shock import combined_peaks, miles, shock_spectrum
+
+__all__ = [
+    "Budget",
+    "Contribution",
+    "Plant",
+    "SpeedScan",
+    "combined_peaks",
+    "frequency_panels",
+    "jitter",
+    "jitter_plant",
+    "miles",
+    "shock_spectrum",
+]

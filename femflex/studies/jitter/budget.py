@@ -1,0 +1,306 @@
+"""Root mean squares of the outputs by source, by mode and over frequency, and over the speeds of wheels and drives.
+
+Lines have independent phases: their mean squares |H a|^2 / 2 add up, and so do those of the sources. The part of a
+mode in
+a mean square is that of the product of its own motion with the whole motion, so that the parts of all modes, and
+of what is no mode, add up to the whole.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from femflex.arrays import Array, ComplexArray
+from femflex.case import Case
+from femflex.disturbances import Line, Shock, WheelDisturbance
+from femflex.noun.problems import suggestion_text
+from femflex.studies.jitter.plant import Mode, Plant, jitter_plant
+from femflex.studies.jitter.quadrature import cumulative, frequency_panels
+from femflex.studies.jitter.shock import combined_peaks
+from femflex.studies.linear.space import AROUND, response_grid
+from femflex.system import Part
+from femflex.warning import PhysicsWarning
+
+SPEEDS = 200  # evenly spaced speeds of a scan; those of resonances are added
+SAME = 1e-6  # relative change of the equilibrium with the speed of a wheel that does not count
+TURN = 2.0 * np.pi
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedScan:
+    """Jitter over the speed of a source.
+
+    speeds (n,) [rad/s];  mean_squares (n, n_out);  orders (n_o,);  by_order (n, n_o, n_out) mean squares by harmonic
+    """
+
+    speeds: Array
+    mean_squares: Array
+    orders: Array
+    by_order: Array
+
+    @property
+    def worst(self) -> Array:
+        """Index (n_out,) of the worst speed of each output among the speeds."""
+        return np.asarray(np.argmax(self.mean_squares, axis=0))
+
+    @property
+    def mean_over_range(self) -> Array:
+        """Mean square (n_out,) over the range, all speeds alike, in squared units of the outputs."""
+        return np.asarray(np.trapezoid(self.mean_squares, self.speeds, axis=0) / np.ptp(self.speeds))
+
+
+@dataclass(frozen=True, eq=False)
+class Contribution:
+    """What one source does to the outputs; of a swept source at the worst speed of each output.
+
+    mean_squares (n_out,);  by_mode (n_modes + 1, n_out) parts of the modes, and last of what is no mode
+    at_lines  frequencies [Hz] and mean squares of the lines of each output: n_out pairs of (n_l,)
+    density   (n, n_out) one-sided, at the frequencies of the budget; zero for lines
+    scan      over speeds, of a swept source
+    """
+
+    mean_squares: Array
+    by_mode: Array
+    at_lines: tuple[tuple[Array, Array], ...]
+    density: Array
+    scan: SpeedScan | None = None
+
+    @property
+    def rms(self) -> Array:
+        """Root mean squares (n_out,) in the units of the outputs."""
+        return np.sqrt(np.maximum(self.mean_squares, 0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Budget:
+    """The pointing budget of a craft.
+
+    names, units (n_out,)  of the outputs;  modes;  contributions by name of the source
+    frequencies (n,), weights (n,), edges (n_p + 1,)  [Hz] of the integrals
+    """
+
+    plant: Plant
+    modes: tuple[Mode, ...]
+    frequencies: Array
+    weights: Array
+    edges: Array
+    contributions: Mapping[str, Contribution]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the outputs."""
+        return self.plant.names
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Units of the outputs."""
+        return self.plant.units
+
+    @property
+    def mean_squares(self) -> Array:
+        """Mean squares (n_out,) of all sources together, in squared units of the outputs."""
+        return np.asarray(sum((entry.mean_squares for entry in self.contributions.values()), np.zeros(len(self.names))))
+
+    @property
+    def rms(self) -> Array:
+        """Root mean squares (n_out,) of all sources together, in the units of the outputs."""
+        return np.sqrt(self.mean_squares)
+
+    def limits(self) -> list[float | None]:
+        """Limit of three standard deviations of each output; None where there is none."""
+        outputs = self.plant.table.outputs
+        return [outputs[name.partition(":")[0]].limit for name in self.names]
+
+    def shocks(self) -> dict[str, tuple[Array, Array, Array]]:
+        """Peaks of the outputs under each shock: SRSS (n_out,), CQC (n_out,), and of each mode (n_modes, n_out)."""
+        shocks = [name for name, noun in self.plant.sources.items() if isinstance(noun, Shock)]
+        return {name: combined_peaks(self.plant, name) for name in shocks}
+
+    def rms_of(self, output: str) -> tuple[float, str]:
+        """Root mean square of an output, and its unit. Raises ValueError for an output that there is not."""
+        if output not in self.names:
+            raise ValueError(f"[jitter] has no output {output!r}; {suggestion_text(output, self.names)}")
+        k = self.names.index(output)
+        return float(self.rms[k]), self.units[k]
+
+    @property
+    def by_mode(self) -> Array:
+        """Parts (n_modes + 1, n_out) of `mean_squares` in their units, the last of what is no mode."""
+        none = np.zeros((len(self.modes) + 1, len(self.names)))
+        return np.asarray(sum((entry.by_mode for entry in self.contributions.values()), none))
+
+    def cumulative(self, source: str | None = None) -> Array:
+        """Mean squares (n_p + 1, n_out), in squared units, up to each of the edges, of one source or of all."""
+        entries = self.contributions.values() if source is None else [self.contributions[source]]
+        total = np.zeros((len(self.edges), len(self.names)))
+        for entry in entries:
+            total += cumulative(entry.density, self.weights)
+            for k, (frequencies, squares) in enumerate(entry.at_lines):
+                order = np.argsort(frequencies)
+                below = np.concatenate([[0.0], np.cumsum(squares[order])])
+                total[:, k] += below[np.searchsorted(frequencies[order], self.edges, side="right")]
+        return total
+
+
+def jitter(
+    case: Case, bodies: Mapping[str, Part] | None = None, progress: Callable[[str], None] | None = None
+) -> Budget:
+    """The pointing budget of a case with [disturbances] and [jitter].
+
+    bodies: in place of those of the case;  progress: is told what is done. Shocks are no part of it: see
+    `combined_peaks`.
+    Raises CaseError, ValueError and KeyError for what the case lacks, and for a model with an undamped pole in the
+    band.
+    """
+    say = progress or (lambda text: None)
+    plant = jitter_plant(case, bodies)
+    low, high = _band(plant)
+    modes = tuple(mode for mode in plant.modes() if low <= mode.frequency <= high)
+    breaks = [noun.breaks() for noun in plant.sources.values()]
+    poles = np.asarray(np.linalg.eigvals(plant.A), complex)
+    frequencies, weights, edges = frequency_panels(low, high, poles, breaks)
+    contributions = {}
+    for name, noun in plant.sources.items():
+        if isinstance(noun, Shock):
+            continue
+        say(f"source {name}")
+        if noun.rates is not None:
+            contributions[name] = _swept(plant, name, modes, high, len(frequencies), low)
+            continue
+        density, parts = _random(plant, name, modes, frequencies, weights)
+        lines = [line for line in noun.lines(None, high) if line.frequency >= low]
+        squares, line_parts = _of_lines(plant, plant.A, name, modes, lines)
+        at_lines = tuple((np.array([line.frequency for line in lines]), row) for row in squares.T)
+        total = weights @ density + squares.sum(axis=0)
+        contributions[name] = Contribution(total, parts + line_parts, at_lines, density)
+    return Budget(plant, modes, frequencies, weights, edges, contributions)
+
+
+def _band(plant: Plant) -> tuple[float, float]:
+    """Lowest and highest frequency [Hz]: those of [jitter], or those of the vibrations and of the sources."""
+    if plant.table.band is not None:
+        return plant.table.band
+    grid = response_grid(plant.model) / TURN
+    ends = [(float(grid[0]), float(grid[-1]))]
+    ends += [noun.band for noun in plant.sources.values() if noun.band is not None]
+    return min(low for low, _ in ends), max(high for _, high in ends)
+
+
+def _random(plant: Plant, name: str, modes: Sequence[Mode], frequencies: Array, weights: Array) -> tuple[Array, Array]:
+    """Spectral densities (n, n_out) of the outputs, and the parts (n_modes + 1, n_out) of their mean squares."""
+    spectrum = plant.sources[name].spectrum(frequencies)
+    if not spectrum.any():
+        return np.zeros((len(frequencies), len(plant.names))), np.zeros((len(modes) + 1, len(plant.names)))
+    H = plant.response(frequencies, name)
+    density = np.einsum("noc,nc->no", np.abs(H) ** 2, spectrum)
+    parts = np.array([
+        weights @ np.einsum("noc,noc,nc->no", H.conj(), plant.modal_response(mode, frequencies, name), spectrum).real
+        for mode in modes
+    ]).reshape(len(modes), len(plant.names))  # fmt: skip
+    return density, np.vstack([parts, weights @ density - parts.sum(axis=0)])
+
+
+def _of_lines(
+    plant: Plant, A: ComplexArray, name: str, modes: Sequence[Mode], lines: Sequence[Line]
+) -> tuple[Array, Array]:
+    """Mean squares (n_l, n_out) of lines, and the parts (n_modes + 1, n_out) of their sum."""
+    if not lines:
+        return np.zeros((0, len(plant.names))), np.zeros((len(modes) + 1, len(plant.names)))
+    frequencies, amplitudes = np.array([line.frequency for line in lines]), np.array([line.amplitude for line in lines])
+    motion = np.einsum("noc,nc->no", plant.response(frequencies, name, A), amplitudes)
+    squares = 0.5 * np.abs(motion) ** 2
+    parts = np.zeros((len(modes) + 1, len(plant.names)))
+    for k, mode in enumerate(modes):
+        own = np.einsum("noc,nc->no", plant.modal_response(mode, frequencies, name), amplitudes)
+        parts[k] = 0.5 * (motion.conj() * own).real.sum(axis=0)
+    parts[-1] = squares.sum(axis=0) - parts[:-1].sum(axis=0)
+    return squares, parts
+
+
+def _swept(plant: Plant, name: str, modes: Sequence[Mode], high: float, n_frequencies: int, low: float) -> Contribution:
+    """The contribution of a source over its range of rates, at the worst of each output."""
+    noun = plant.sources[name]
+    assert noun.rates is not None
+    first, last = noun.rates
+    matrix_at = _matrices(plant, name, first, last)
+    orders = noun.orders(high)
+    speeds = _speeds(matrix_at, first, last, orders)
+    by_order = np.zeros((len(speeds), len(orders), len(plant.names)))
+    place = {order: k for k, order in enumerate(orders)}
+    for i, speed in enumerate(speeds):
+        lines = [line for line in noun.lines(speed, high) if line.frequency >= low and line.order in place]
+        squares, _ = _of_lines(plant, matrix_at(speed), name, (), lines)
+        for line, row in zip(lines, squares, strict=True):
+            by_order[i, place[line.order]] += row
+    scan = SpeedScan(speeds, by_order.sum(axis=1), np.array(orders), by_order)
+    total, parts, at_lines = np.zeros(len(plant.names)), np.zeros((len(modes) + 1, len(plant.names))), []
+    for k, i in enumerate(scan.worst):
+        lines = [line for line in noun.lines(speeds[i], high) if line.frequency >= low]
+        changed, own_modes = _plant_with(plant, matrix_at(speeds[i])), list(modes)
+        if changed is not plant:
+            own_modes = _matched(changed, modes)
+        squares, line_parts = _of_lines(changed, changed.A, name, own_modes, lines)
+        total[k], parts[:, k] = squares[:, k].sum(), line_parts[:, k]
+        at_lines.append((np.array([line.frequency for line in lines]), squares[:, k]))
+    return Contribution(total, parts, tuple(at_lines), np.zeros((n_frequencies, len(plant.names))), scan)
+
+
+def _matrices(plant: Plant, name: str, first: float, last: float) -> Callable[[float], ComplexArray]:
+    """A (n, n) over the speed of a source: linear in it, as the momentum of a rotor enters, or the same for all."""
+    noun = plant.sources[name]
+    if not (isinstance(noun, WheelDisturbance) and (noun.wheel is not None or noun.inertia)):
+        return lambda speed: plant.A
+    other = plant.at_speeds({name: last})
+    if np.abs(other.model.y0 - plant.model.y0).max(initial=0.0) > SAME * max(
+        1.0, np.abs(plant.model.y0).max(initial=0.0)
+    ):
+        warnings.warn(
+            PhysicsWarning(
+                f"disturbance {name!r}: the equilibrium of the craft changes with the speed of the wheel; its linear "
+                "model is interpolated between the lowest and the highest speed. Give a narrower range of speeds"
+            ),
+            stacklevel=2,
+        )
+    slope = (other.A - plant.A) / (last - first)
+    return lambda speed: np.asarray(plant.A + (speed - first) * slope)
+
+
+def _speeds(matrix_at: Callable[[float], ComplexArray], first: float, last: float, orders: Sequence[float]) -> Array:
+    """Speeds (n,) [rad/s] of a scan: evenly spaced, and around each resonance of each order, split or not."""
+    speeds = [np.linspace(first, last, SPEEDS)]
+    coarse = np.linspace(first, last, 40)
+    branches = [_positive(matrix_at(speed)) for speed in coarse]
+    for order in orders:
+        for k in range(min(len(branch) for branch in branches)):
+            gap = np.array([order * speed - branch[k].imag for speed, branch in zip(coarse, branches, strict=True)])
+            for j in np.flatnonzero(gap[:-1] * gap[1:] <= 0):
+                crossing = coarse[j] - gap[j] * (coarse[j + 1] - coarse[j]) / (gap[j + 1] - gap[j] or 1.0)
+                pole = _positive(matrix_at(crossing))[k]
+                centre = pole.imag / order if gap[j] != gap[j + 1] else crossing
+                speeds.append(centre + AROUND * max(-pole.real, 1e-6 * abs(pole)) / order)
+    grid = np.unique(np.concatenate(speeds))
+    return np.asarray(grid[(grid >= first) & (grid <= last)])
+
+
+def _positive(A: ComplexArray) -> ComplexArray:
+    """Eigenvalues (n,) [1/s] of oscillations, by rising frequency."""
+    values = np.linalg.eigvals(A)
+    values = values[values.imag > 1e-9 * np.abs(values).max(initial=0.0)]
+    return np.asarray(values[np.argsort(values.imag)])
+
+
+def _plant_with(plant: Plant, A: ComplexArray) -> Plant:
+    return plant if A is plant.A else replace(plant, A=A)
+
+
+def _matched(plant: Plant, modes: Sequence[Mode]) -> list[Mode]:
+    """The modes of a plant in the order of those of another speed, by rank of frequency."""
+    own = plant.modes()
+    low, count = 0, len(modes)
+    if modes:
+        low = int(np.argmin([abs(mode.frequency - modes[0].frequency) for mode in own]))
+    return own[low : low + count]

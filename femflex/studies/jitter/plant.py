@@ -1,0 +1,341 @@
+"""The linear model of a case between its disturbances and the outputs of [jitter], and its response by modes.
+
+Outputs are inertial motions of markers: a sensor measures the rate or the velocity, and division by i w makes an
+angle or
+a displacement of it. A base that shakes is an input too: the craft moves relative to it as under a weight that is minus
+the acceleration of the base.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from femflex.arrays import Array, ComplexArray
+from femflex.case import Case
+from femflex.disturbances import BaseMotion, JitterOutput, JitterTable, MarkerDisturbance, Source, WheelDisturbance
+from femflex.disturbances.disturbance import COMPONENTS, perpendicular
+from femflex.effectors.sensor import Sensor
+from femflex.effectors.wheel import Rotor
+from femflex.noun.problems import suggestion_text
+from femflex.rotations import dcm_from_quaternion
+from femflex.studies.linear import LinearModel, linear_model, poles_of
+from femflex.studies.linear.inputs import BASE
+from femflex.system import Part, System
+from femflex.system.acting import with_effectors
+
+XYZ = "xyz"
+MEASURED = {  # of an output: kind of its sensor, power of i w, unit
+    "pointing": ("rate", -1, "rad"),
+    "rotation": ("rate", -1, "rad"),
+    "displacement": ("velocity", -1, "m"),
+    "velocity": ("velocity", 0, "m/s"),
+    "acceleration": ("velocity", 1, "m/s^2"),
+}
+FEW = 40  # frequencies for which a Schur form does not pay
+UNDAMPED = "the model has an undamped pole near {omega:.6g} rad/s, where its response is infinite; give damping"
+SENSOR, ROTOR = "jitter-sensor.", "jitter-rotor."
+
+
+@dataclass(frozen=True, eq=False)
+class Mode:
+    """A mode of the response: its name, its pole [1/s] and residues (n_rows, n_in)."""
+
+    name: str
+    pole: complex
+    residue: ComplexArray
+    conjugate: ComplexArray
+    conjugate_pole: complex
+
+    @property
+    def frequency(self) -> float:
+        """Frequency [Hz]."""
+        return float(self.pole.imag / (2.0 * np.pi))
+
+    @property
+    def damping_ratio(self) -> float:
+        """Damping ratio."""
+        return float(-self.pole.real / abs(self.pole))
+
+
+@dataclass(frozen=True, eq=False)
+class Plant:
+    """A linear model with disturbances as inputs and motions of markers as outputs.
+
+    model    the linear model; its outputs are the rows of C
+    A        (n, n) complex where there is structural damping
+    sources  name -> disturbance;   columns: name -> columns of B of its six components, or of the base along
+    `direction` inputs   name -> (n_in, n_c): columns of a source from its components
+    outputs  names (n_out,), units, powers of i w, and weights (n_out, n_rows) of the rows of C
+    base     (n_out, 3): acceleration of the base that adds to an output, inertial axes
+    system   of the case, without sensors and rotors of its own
+    """
+
+    model: LinearModel
+    A: ComplexArray
+    sources: Mapping[str, Source]
+    inputs: Mapping[str, Array]
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    powers: Array
+    weights: Array
+    base: Array
+    case: Case
+    system: System
+
+    @property
+    def table(self) -> JitterTable:
+        """Table [jitter] of the case."""
+        assert self.case.jitter is not None
+        return self.case.jitter
+
+    def at_speeds(self, speeds: Mapping[str, float]) -> Plant:
+        """The plant with these speeds [rad/s] of wheels by the name of the disturbance."""
+        return plant_of(self.system, self.case, speeds)
+
+    def response(self, frequencies: Array, source: str, A: ComplexArray | None = None) -> ComplexArray:
+        """Response (n, n_out, n_c) of the outputs, in their units, to the components of a source at frequencies
+        (n,) [Hz]."""
+        omega = 2.0 * np.pi * np.asarray(frequencies, float)
+        B, C = self.model.B @ self.inputs[source], self.weights @ self.model.C
+        D = self.weights @ self.model.D @ self.inputs[source]
+        G = resolvent_response(self.A if A is None else A, B, C, omega) + D
+        G = G * (1j * omega[:, None, None]) ** self.powers[:, None]
+        return np.asarray(G + self._feedthrough(source), complex)
+
+    def _feedthrough(self, source: str) -> Array:
+        noun = self.sources[source]
+        if isinstance(noun, BaseMotion):
+            return (self.base @ noun.unit_direction)[:, None]
+        return np.zeros((len(self.names), self.inputs[source].shape[1]))
+
+    def modes(self) -> list[Mode]:
+        """The vibration modes with their residues, by rising frequency; rigid motion and lags are none."""
+        from scipy.linalg import eig
+
+        values, left, right = (np.asarray(matrix, complex) for matrix in eig(self.A, left=True, right=True))
+        scale = np.einsum("ik,ik->k", left.conj(), right)
+        named = [pole for pole in poles_of(self.model) if not pole.rigid and pole.value.imag > 0]
+        C, used, out = self.weights @ self.model.C, set[int](), []
+        for pole in named:
+            k = int(np.argmin(np.abs(values - pole.value) + np.where(values.imag > 0, 0.0, np.inf)))
+            m = int(np.argmin(np.abs(values - values[k].conj())))
+            if k in used or k == m:
+                continue
+            used |= {k, m}
+            pair = [np.outer(C @ right[:, j], left[:, j].conj() @ self.model.B) / scale[j] for j in (k, m)]
+            out.append(Mode(pole.name, complex(values[k]), pair[0], pair[1], complex(values[m])))
+        return sorted(out, key=lambda mode: mode.frequency)
+
+    def modal_response(self, mode: Mode, frequencies: Array, source: str) -> ComplexArray:
+        """The part (n, n_out, n_c) of a mode in the response to a source at frequencies (n,) [Hz]."""
+        s = 2j * np.pi * np.asarray(frequencies, float)
+        first, second = mode.residue @ self.inputs[source], mode.conjugate @ self.inputs[source]
+        G = first / (s - mode.pole)[:, None, None] + second / (s - mode.conjugate_pole)[:, None, None]
+        return G * s[:, None, None] ** self.powers[:, None]
+
+
+def resolvent_response(A: ComplexArray, B: Array, C: Array, omega: Array) -> ComplexArray:
+    """C (i w - A)^-1 B (n, n_out, n_in) at w (n,) [rad/s], by a Schur form of the balanced A or, at a few, directly.
+
+    Raises ValueError at an undamped pole.
+    """
+    from scipy.linalg import matrix_balance, schur
+
+    if not len(A):
+        return np.zeros((len(omega), len(C), B.shape[1]), complex)
+    if len(omega) <= FEW:
+        try:
+            X = np.linalg.solve(1j * omega[:, None, None] * np.eye(len(A)) - A, B.astype(complex)[None])
+        except np.linalg.LinAlgError:
+            raise ValueError(UNDAMPED.format(omega=omega[0])) from None
+        return np.asarray(C @ X)
+    balanced, (scale, order) = matrix_balance(A, permute=False, separate=True)
+    T, U = schur(balanced, output="complex")
+    right, left = U.conj().T @ (B / scale[:, None])[order], (C * scale)[:, order] @ U
+    n, X = len(A), np.empty((len(A), len(omega), B.shape[1]), complex)
+    for k in range(n - 1, -1, -1):
+        pivot = 1j * omega - T[k, k]
+        if not pivot.all():
+            raise ValueError(UNDAMPED.format(omega=omega[np.argmin(np.abs(pivot))]))
+        X[k] = (right[k] + np.tensordot(T[k, k + 1 :], X[k + 1 :], 1)) / pivot[:, None]
+    return np.asarray(np.einsum("ok,kni->noi", left, X))
+
+
+def jitter_plant(case: Case, bodies: Mapping[str, Part] | None = None) -> Plant:
+    """The plant of a case with [jitter] and [disturbances], its automatic choices made; swept wheels at their lowest
+    speeds.
+
+    bodies: in place of those of the case. Raises CaseError and ValueError for a case without them, or that cannot
+    be in equilibrium.
+    """
+    from femflex.pipeline.case_equilibrium import resolve_at_rest
+
+    return plant_of(resolve_at_rest(case, bodies).system, case)
+
+
+def plant_of(system: System, case: Case, speeds: Mapping[str, float] | None = None) -> Plant:
+    """As `jitter_plant`, of a system that is built already.
+
+    speeds: name of a disturbance -> speed [rad/s] of its wheel; its own, or the lowest, by default.
+    """
+    table = case.jitter
+    if table is None or not case.disturbances:
+        missing = [f"[{key}]" for key, there in (("jitter", table), ("disturbances", case.disturbances)) if not there]
+        raise ValueError(
+            f"the case has no {' and no '.join(missing)}; give outputs in [jitter] and [disturbances.NAME]"
+        )
+    folder = case.path.parent
+    sources: dict[str, Source] = {name: noun.read_from(folder) for name, noun in case.disturbances.items()}
+    sensors = {
+        f"{SENSOR}{name}": Sensor(kind=MEASURED[output.kind][0], body=output.body, marker=output.marker)
+        for name, output in table.outputs.items()
+        if output.kind is not None
+    }
+    wants_reactions = any((output.channel or "").startswith("joints/") for output in table.outputs.values())
+    equipped = replace(with_effectors(system, sensors), reactions=system.reactions or wants_reactions)
+    equipped = _with_speeds(equipped, sources, speeds or {})
+    paths, inputs = _inputs(sources)
+    rows = _Rows(table.outputs)
+    model = linear_model(equipped, paths, rows.channels)
+    A = model.A.astype(complex)
+    if table.loss_factor:
+        A = A + _structural(model, table.loss_factor)
+    names, units, powers, weights = rows.outputs(model)
+    base = _base_rows(model, table.outputs, names)
+    return Plant(model, A, sources, inputs, names, units, powers, weights, base, case, system)
+
+
+def _with_speeds(system: System, sources: Mapping[str, Source], speeds: Mapping[str, float]) -> System:
+    """The system whose wheels have the momentum of these speeds."""
+    z0, rotors, states = dict(system.z0), {}, dict(system.state_names())
+    for name, noun in sources.items():
+        if not isinstance(noun, WheelDisturbance):
+            continue
+        speed = speeds.get(name, noun.speed or (noun.rates or (0.0, 0.0))[0])
+        if noun.wheel is not None:
+            state = f"{noun.wheel}.momentum"
+            if state not in states:
+                raise ValueError(
+                    f"disturbance {name!r} names the wheel {noun.wheel!r}; "
+                    + suggestion_text(noun.wheel, [key.removesuffix(".momentum") for key in states if "." in key])
+                )
+            wheel = next(effector for effector in system.effectors if effector.name == noun.wheel)
+            z0[state] = _axial_inertia(wheel) * speed
+        elif noun.inertia:
+            momentum = noun.inertia * speed
+            rotors[f"{ROTOR}{name}"] = Rotor(body=noun.body, marker=noun.marker, axis=noun.axis, momentum=momentum)
+    return with_effectors(replace(system, z0=z0), rotors)
+
+
+def _axial_inertia(wheel: object) -> float:
+    from femflex.effectors.wheel import P
+
+    return float(wheel.parameters[P.inertia])  # type: ignore[attr-defined]
+
+
+def _inputs(sources: Mapping[str, Source]) -> tuple[list[str], dict[str, Array]]:
+    """Paths of the inputs of a linear model, and how the components of each source enter them."""
+    entries = {name: _entries(noun) for name, noun in sources.items()}
+    paths = list(dict.fromkeys(path for rows, _ in entries.values() for path in rows))
+    inputs = {}
+    for name, (rows, columns) in entries.items():
+        inputs[name] = np.zeros((len(paths), columns.shape[1]))
+        inputs[name][[paths.index(path) for path in rows]] = columns
+    return paths, inputs
+
+
+def _entries(noun: Source) -> tuple[list[str], Array]:
+    """Paths (n,) of the inputs that a source takes, and their shares (n, n_c) of its components."""
+    if isinstance(noun, BaseMotion):
+        return [f"{BASE}:{axis}" for axis in XYZ], noun.unit_direction[:, None]
+    assert isinstance(noun, MarkerDisturbance)
+    return [f"markers/{noun.body}.{noun.marker}/{component}" for component in COMPONENTS], np.eye(6)
+
+
+class _Rows:
+    """The channels that the outputs need, and the outputs as sums of them."""
+
+    def __init__(self, outputs: Mapping[str, JitterOutput]) -> None:
+        self._outputs = outputs
+        self.channels: list[str] = []
+        for name, output in outputs.items():
+            if output.kind is not None:
+                self.channels += [f"effectors/{SENSOR}{name}/{axis}" for axis in XYZ]
+            elif output.channel is not None:
+                self.channels.append(output.channel)
+
+    def outputs(self, model: LinearModel) -> tuple[tuple[str, ...], tuple[str, ...], Array, Array]:
+        """Names, units, powers of i w (n,) and weights (n, n_rows). Raises KeyError for parts that are no outputs."""
+        rows = [name for name, _ in model.outputs]
+        out: dict[str, tuple[str, int, Array]] = {}
+        for name, output in self._outputs.items():
+            if output.kind is not None:
+                places = [rows.index(f"effectors/{SENSOR}{name}/{axis}") for axis in XYZ]
+                _, power, unit = MEASURED[output.kind]
+                for label, direction in _directions(output):
+                    weights = np.zeros(len(rows))
+                    weights[places] = direction
+                    out[f"{name}:{label}"] = (unit, power, weights)
+            elif output.channel is not None:
+                for k, row in enumerate(rows):
+                    if row == output.channel or row.startswith(f"{output.channel}:"):
+                        label = name + row.removeprefix(output.channel)
+                        out[label] = (model.outputs[k][1], 0, np.eye(len(rows))[k])
+        for name, output in self._outputs.items():
+            if output.parts:
+                out[name] = self._sum(name, output, out)
+        names = tuple(out)
+        units = tuple(unit for unit, _, _ in out.values())
+        powers = np.array([power for _, power, _ in out.values()])
+        return names, units, powers, np.array([weights for _, _, weights in out.values()]).reshape(len(out), len(rows))
+
+    @staticmethod
+    def _sum(name: str, output: JitterOutput, known: Mapping[str, tuple[str, int, Array]]) -> tuple[str, int, Array]:
+        for part in output.parts:
+            if part not in known:
+                raise KeyError(f"output {name!r} is a sum with {part!r}; {suggestion_text(part, known)}")
+        kinds = {known[part][:2] for part in output.parts}
+        if len(kinds) > 1:
+            raise ValueError(
+                f"output {name!r} adds {', '.join(output.parts)}, which are not of one unit; give like parts"
+            )
+        ((unit, power),) = kinds
+        return unit, power, sum(factor * known[part][2] for part, factor in output.parts.items())  # type: ignore[return-value]
+
+
+def _directions(output: JitterOutput) -> list[tuple[str, Array]]:
+    """Labels and directions (3,) of the components of an output, marker axes."""
+    if output.kind != "pointing":
+        return list(zip(XYZ, np.eye(3), strict=True))
+    axis = np.array(output.axis) / np.linalg.norm(output.axis)
+    labels = "12"
+    if np.abs(axis).max() > 1.0 - 1e-12:
+        k = int(np.argmax(np.abs(axis)))
+        labels = XYZ[(k + 1) % 3] + XYZ[(k + 2) % 3]
+    return list(zip(labels, perpendicular(axis), strict=True))
+
+
+def _base_rows(model: LinearModel, outputs: Mapping[str, JitterOutput], names: Sequence[str]) -> Array:
+    """Acceleration of the base (n_out, 3), inertial axes, that adds to accelerations relative to it."""
+    rows = np.zeros((len(names), 3))
+    channels = model.model.observe(np.array([model.t]), model.x[None])
+    for name, output in outputs.items():
+        if output.kind == "acceleration":
+            attitude = dcm_from_quaternion(channels[f"bodies/{output.body}/attitude"][0])
+            orientation = model.model.system.bodies[str(output.body)].markers[output.marker].orientation
+            for label, direction in _directions(output):
+                rows[names.index(f"{name}:{label}")] = attitude @ orientation @ direction
+    return rows
+
+
+def _structural(model: LinearModel, loss_factor: float) -> ComplexArray:
+    """What structural damping adds to A: -M^-1 i eta K of the elastic coordinates."""
+    n = len(model.mass)
+    elastic = np.array([".delta" in name for name, _ in model.states[:n]])
+    K = np.where(elastic[:, None] & elastic[None], model.stiffness, 0.0)
+    out = np.zeros((len(model.A), len(model.A)), complex)
+    out[n : 2 * n, :n] = -1j * loss_factor * np.linalg.solve(model.mass, K)
+    return out

@@ -1,0 +1,90 @@
+"""Shocks: response spectra of histories, peaks of outputs by modes, and Miles' rule."""
+
+from __future__ import annotations
+
+from typing import cast
+
+import numpy as np
+
+from femflex.arrays import Array
+from femflex.disturbances import Shock
+from femflex.studies.jitter.plant import Plant
+
+
+def miles(frequency: float, Q: float, density: float) -> float:
+    """Root mean square of the acceleration of an oscillator on a base with white noise, sqrt(pi / 2 f Q S).
+
+    frequency [Hz], amplification Q = 1 / (2 zeta), density one-sided, in squared units of the answer per Hz. The exact
+    value is sqrt(1 + 1/Q^2) times as large (J. W. Miles, 1954).
+    """
+    return float(np.sqrt(np.pi / 2.0 * frequency * Q * density))
+
+
+def shock_spectrum(times: Array, acceleration: Array, frequencies: Array, damping_ratio: float = 0.05) -> Array:
+    """Shock response spectrum (n,): largest absolute acceleration of oscillators of frequencies (n,) [Hz] on a base.
+
+    times (n_t,) [s] evenly spaced, acceleration (n_t,) of the base, linear between them. The oscillators are
+    followed for
+    a period beyond the end. By the ramp-invariant filter of D. O. Smallwood (Shock and Vibration Bulletin 51, 1981).
+    Raises ValueError for times that are not evenly spaced.
+    """
+    from scipy.signal import lfilter
+
+    times, acceleration = np.asarray(times, float), np.asarray(acceleration, float)
+    step = float(times[1] - times[0]) if len(times) > 1 else 0.0
+    if not step > 0 or np.abs(np.diff(times) - step).max() > 1e-6 * step:
+        raise ValueError("the times of a shock spectrum must be evenly spaced and rise; interpolate the history first")
+    out = np.empty(len(frequencies))
+    for k, f in enumerate(np.asarray(frequencies, float)):
+        w = 2.0 * np.pi * f
+        E, K = np.exp(-damping_ratio * w * step), w * np.sqrt(1.0 - damping_ratio**2) * step
+        C, S = E * np.cos(K), E * np.sin(K) / K
+        b = [1.0 - S, 2.0 * (S - C), E**2 - S]
+        beyond = np.zeros(int(np.ceil(1.0 / (f * step))) + 1)
+        history = np.concatenate([[0.0], acceleration, beyond])
+        out[k] = np.abs(lfilter(b, [1.0, -2.0 * C, E**2], history)).max()
+    return out
+
+
+def combined_peaks(plant: Plant, source: str) -> tuple[Array, Array, Array]:
+    """Peaks (n_out,) of the outputs, in their units, under a shock of the base: SRSS, CQC, and (n_modes, n_out) of
+    each mode.
+
+    SRSS: root of the sum of squares. CQC: with the correlation of close modes (A. Der Kiureghian, Earthquake
+    Engineering and Structural Dynamics 9, 1981). What the modes lack follows the base with the spectrum's last value.
+    """
+    noun = cast(Shock, plant.sources[source])
+    modes = plant.modes()
+    frequency = np.array([mode.frequency for mode in modes])
+    omega = 2.0 * np.pi * frequency
+    S = noun.peaks_at(frequency)
+    residues = np.array([(mode.residue @ plant.inputs[source])[:, 0] for mode in modes]).reshape(len(modes), -1)
+    powered = residues * (1j * omega[:, None]) ** plant.powers
+    signed = 2.0 * np.abs(powered) * np.where(powered.imag < 0, -1.0, 1.0) * (S / omega)[:, None]
+    rest = np.abs(_missing(plant, source, residues, omega)) * noun.peaks[-1]
+    ratios = np.array([mode.damping_ratio for mode in modes])
+    rho = _correlation(omega, ratios)
+    srss = np.sqrt((signed**2).sum(axis=0) + rest**2)
+    cqc = np.sqrt(np.maximum(np.einsum("ko,kl,lo->o", signed, rho, signed), 0.0) + rest**2)
+    return srss, cqc, np.abs(signed)
+
+
+def _correlation(omega: Array, ratios: Array) -> Array:
+    """Correlation (n, n) of the peaks of modes."""
+    r = omega[:, None] / omega[None]
+    a, b = ratios[:, None], ratios[None]
+    top = 8.0 * np.sqrt(a * b) * (b + r * a) * r**1.5
+    bottom = (1.0 - r**2) ** 2 + 4.0 * a * b * r * (1.0 + r**2) + 4.0 * (a**2 + b**2) * r**2
+    return np.asarray(np.where(bottom > 0, top / np.where(bottom > 0, bottom, 1.0), np.eye(len(omega))))
+
+
+def _missing(plant: Plant, source: str, residues: Array, omega: Array) -> Array:
+    """Static part (n_out,) of the outputs per acceleration of the base that the modes lack."""
+    B = plant.model.B @ plant.inputs[source][:, 0]
+    C = plant.weights @ plant.model.C
+    base = plant.base @ cast(Shock, plant.sources[source]).unit_direction
+    at_rest = np.zeros(len(plant.names))
+    low = 1e-3 * omega.min() / (2.0 * np.pi) if len(omega) else 1e-3
+    total = plant.response(np.array([low]), source)[0, :, 0]
+    modal = sum((plant.modal_response(mode, np.array([low]), source)[0, :, 0] for mode in plant.modes()), at_rest)
+    return np.where(plant.powers > 0, base + C @ B, (total - modal).real)
