@@ -1,7 +1,8 @@
 """VTK's readers in a separate process, which is kept for the next file and restarted if a damaged file ends it.
 
 Each of them, and that of mapdl-archive, ends its process on 1 to 2 % of damaged files (bits turned over, pieces taken
-out), and what they trip over cannot be checked before without parsing the file. All other readers run in this process.
+out), and what they trip over cannot be checked before without parsing the file. In a process that has loaded h5py, VTK
+also ends on sound XDMF files with data in HDF5: both bring their own HDF5. All other readers run in this process.
 """
 
 from __future__ import annotations
