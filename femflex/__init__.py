@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from femflex.pipeline.simulate import simulate as simulate
     from femflex.reduction import load_body as load_body
     from femflex.reduction import save_body as save_body
-    from femflex.reduction.mesh_body import flexible_body as flexible_body
+    from femflex.reduction.reduce import flexible_body as flexible_body
     from femflex.results import Run as Run
     from femflex.results import open_run as open_run
     from femflex.system import Controller as Controller
@@ -61,7 +61,7 @@ _HOME = {
     "build_system": "pipeline.decisions",
     "compile_system": "dynamics",
     "equilibrium": "dynamics.linear.equilibrium",
-    "flexible_body": "reduction.mesh_body",
+    "flexible_body": "reduction.reduce",
     "load_body": "reduction",
     "open_run": "results",
     "read_case": "case",

@@ -12,9 +12,9 @@ from femflex.advice.advice import Advice, doubt, warn_of
 from femflex.advice.bodies import BodyOrigins
 from femflex.advice.buckling.margin import buckling_margins, buckling_warnings, unassessed_bodies
 from femflex.advice.curved import shape_notes
+from femflex.advice.limits import division_remedy
 from femflex.advice.model_warnings import model_warnings
 from femflex.advice.motion_estimate import estimate_motion
-from femflex.advice.remedies import division_remedy
 from femflex.advice.strain import strain_advice
 from femflex.advice.truncation import craft_modes, truncation_warnings
 from femflex.reduction.origin import Origin

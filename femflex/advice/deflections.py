@@ -10,8 +10,15 @@ import numpy as np
 
 from femflex.advice.advice import Advice, doubt
 from femflex.advice.bodies import BodyOrigins
-from femflex.advice.limits import BLOCK_NUMBERS, LINEAR_ABOVE, MANY_POINTS, MIXTURES, NONLINEAR_INVALID_ABOVE, TINY
-from femflex.advice.remedies import division_remedy
+from femflex.advice.limits import (
+    BLOCK_NUMBERS,
+    LINEAR_ABOVE,
+    MANY_POINTS,
+    MIXTURES,
+    NONLINEAR_INVALID_ABOVE,
+    TINY,
+    division_remedy,
+)
 from femflex.arrays import Array
 from femflex.body.skin import largest_displacements
 from femflex.system import LengthTable

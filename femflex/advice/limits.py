@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from femflex.body import FlexibleBody
+
 # Stiffening and softening by spin, thrust and loads along a body
 FREQUENCY_CHANGE = 0.02  # change of the first frequency that linear strain omits, above which a run warns
 CHOICE_FRACTION = 0.5  # of the limits for warnings: above it strain is condensed, because the motion is estimated
@@ -113,3 +115,15 @@ SAME_MODEL = 1e-6  # relative; energies of the rebuilt model and of the file
 
 # Resumed runs
 SAME_TIME = 1e-12  # relative: rounding of an output time
+
+
+def division_remedy(body: FlexibleBody) -> str:
+    """Text on how to divide a body: mesh lines are cut into segments, other bodies are divided by hand."""
+    kinds = {part.kind for part in body.strain_field}
+    if "admissible" in body.kinds:
+        return "give it a mesh instead of functions and cut its member into segments"
+    if "line" in kinds:
+        return "cut the member into segments"
+    if kinds:
+        return f"divide its {'plates' if 'plate' in kinds else 'solids'} into several bodies, welded to each other"
+    return "divide it into several bodies, welded to each other"

@@ -18,8 +18,14 @@ import numpy as np
 
 from femflex.advice.advice import Advice, doubt
 from femflex.advice.deflections import DeflectionWatch, deflection_watches
-from femflex.advice.limits import FAST_RATIO, MAX_SPINNING_COEFFICIENT, SLOW_RATIO, SPINNING_COEFFICIENT, SPINNING_ERROR
-from femflex.advice.remedies import division_remedy
+from femflex.advice.limits import (
+    FAST_RATIO,
+    MAX_SPINNING_COEFFICIENT,
+    SLOW_RATIO,
+    SPINNING_COEFFICIENT,
+    SPINNING_ERROR,
+    division_remedy,
+)
 from femflex.advice.stiffening import attached_masses, body_rate, lowest_frequency
 from femflex.arrays import Array, IntArray
 from femflex.system import LengthTable

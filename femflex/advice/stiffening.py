@@ -11,8 +11,7 @@ from scipy.linalg import eigh
 
 from femflex.advice.advice import Advice, doubt
 from femflex.advice.bodies import BodyOrigins
-from femflex.advice.limits import FREQUENCY_CHANGE, SPIN_SHARE
-from femflex.advice.remedies import division_remedy
+from femflex.advice.limits import FREQUENCY_CHANGE, SPIN_SHARE, division_remedy
 from femflex.arrays import Array
 from femflex.body import FlexibleBody, Foreshortening
 from femflex.rotations import dcm_from_quaternion

@@ -25,9 +25,9 @@ from femflex.advice.limits import (
     SMALLEST_PRINTED,
     SPIN_STIFFENING_RATIO,
     ZERO_RATE,
+    division_remedy,
 )
 from femflex.advice.motion_estimate import MotionEstimate
-from femflex.advice.remedies import division_remedy
 from femflex.advice.stiffening import OmittedStiffness, attached_masses, body_rate, lowest_frequency
 from femflex.arrays import Array
 from femflex.dynamics import compile_system

@@ -28,7 +28,7 @@ from femflex.fem.tension.strain import PRINCIPAL, UNITS, TensionStrain, lowest_p
 from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.boundary.supported import supported
 from femflex.reduction.inertia.accelerations import work_of_accelerations
-from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.modes.vibration import ModeSet
 from femflex.reduction.origin import Meshed
 from femflex.system import System
 

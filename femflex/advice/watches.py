@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING, Protocol
 from femflex.advice.advice import Advice
 from femflex.advice.bodies import BodyOrigins
 from femflex.advice.deflections import DeflectionWatches
-from femflex.advice.deployed import SlackWatch
-from femflex.advice.deployed_bending import AxialForceWatch
+from femflex.advice.deployed_bending import AxialForceWatch, SlackWatch
 from femflex.advice.spinning_deflections import SpinningDeflectionWatch
 from femflex.advice.stiffening import StiffeningWatch
 from femflex.advice.tension import TensionWatch

@@ -47,7 +47,7 @@ from femflex.reduction import (
     with_derivatives,
 )
 from femflex.reduction.modes.half_waves import half_wave_text, warn_of_few_elements
-from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.modes.vibration import ModeSet
 from femflex.reduction.origin import Analytic, Meshed, Origin
 from femflex.reduction.preload.equilibrium import is_preloaded
 from femflex.reduction.small_motions import small_motion_body

@@ -5,8 +5,8 @@ moments, strain tensors, damping, markers and a skin to draw.
 """
 
 from femflex.body.flexible import FlexibleBody as FlexibleBody
-from femflex.body.foreshortening import Foreshortening as Foreshortening
-from femflex.body.load_set import LoadSet as LoadSet
+from femflex.body.flexible import Foreshortening as Foreshortening
+from femflex.body.flexible import LoadSet as LoadSet
 from femflex.body.marker import Marker as Marker
 from femflex.body.moments import MassMoments as MassMoments
 from femflex.body.patches import Patches as Patches

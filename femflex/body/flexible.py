@@ -8,8 +8,6 @@ from typing import Literal
 import numpy as np
 
 from femflex.arrays import Array, IntArray
-from femflex.body.foreshortening import Foreshortening
-from femflex.body.load_set import LoadSet
 from femflex.body.marker import Marker
 from femflex.body.mass_points import MassPoints
 from femflex.body.moments import MassMoments
@@ -166,3 +164,32 @@ class FlexibleBody(Summarised):
         if name not in self.markers:
             raise KeyError(f"marker {name!r} is not on the body; its markers are {sorted(self.markers)}")
         return self.markers[name]
+
+
+@dataclass(frozen=True, eq=False)
+class Foreshortening:
+    """theta, the displacement of second order that goes with the lowest shape, over that shape's stiffness.
+
+    mass  (4, 3)   int z theta^T dm, z = (1, rho) [s^2/m, s^2]: in a field of accelerations -(b + W r) the lowest shape
+                   is stiffened by the part b . mass[0] + W : mass[1:] of its own stiffness
+    at    marker -> (3,)  theta there [1/N]: a force F stiffens it by -F . theta
+    """
+
+    mass: Array = field(default_factory=lambda: np.zeros((4, 3)))
+    at: dict[str, Array] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class LoadSet:
+    """Forces and torques at markers of a body, and a force per mass of it, all along axes of the body frame.
+
+    markers       k names; the first marker stays with the body frame
+    forces        (k, 3)  [N]
+    torques       (k, 3)  [N m]
+    acceleration  (3,)    force per mass [m/s^2]
+    """
+
+    markers: tuple[str, ...]
+    forces: Array
+    torques: Array
+    acceleration: Array

@@ -242,7 +242,7 @@ def _matrices_text(file: Path) -> str:
                 return linear_text(file, *(arrays[key] for key in ("states", "inputs", "outputs")))
         except (OSError, ValueError, NotImplementedError):  # damaged, or of another version: its reader says so
             pass
-    from femflex.matrices.describe import describe_matrices
+    from femflex.matrices.read import describe_matrices
 
     return describe_matrices(file)
 

@@ -1,9 +1,8 @@
 """Members that grow and shrink: bodies whose properties follow from a deployed length (THEORY section 6)."""
 
-from femflex.deployment.body import DeployingBody, deploying_line, deploying_strip, deploying_tapered_line
+from femflex.deployment.body import DeployingBody, Reel, deploying_line, deploying_strip, deploying_tapered_line
 from femflex.deployment.elements import ElementFunctions
 from femflex.deployment.line import DeployingLine, StringFunctions
-from femflex.deployment.reel import Reel
 from femflex.deployment.strip import DeployingStrip, StripFunctions
 from femflex.deployment.tapered import MaterialTaper
 

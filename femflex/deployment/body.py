@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import itertools
+import math
+import sys
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple, TypedDict, Unpack
 
 import numpy as np
@@ -13,16 +15,15 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.deployment.line import DeployingLine, LineFunctions, LineShapes
-from femflex.deployment.moving_points import moving_points
+from femflex.deployment.material import MaterialPoints
 from femflex.deployment.parts import Strain, exit_marker, member_parts, resting_rates
-from femflex.deployment.reel import Reel
 from femflex.deployment.sections import sections_of
 from femflex.deployment.shapes import MemberShapes
 from femflex.deployment.skin import deployed_skin
 from femflex.deployment.strip import DeployingStrip, StripFunctions, StripShapes
 from femflex.deployment.table import DeployingParts, deploying_variation
 from femflex.deployment.tapered import MaterialTaper, pieces_of, tapered_line, unit_factor
-from femflex.system import Profile, Variation
+from femflex.system import Effector, MovingPoints, Profile, Variation
 from femflex.warning import PhysicsWarning
 
 SAMPLES = 2001  # of a profile between its breaks, to find its least and largest length
@@ -281,3 +282,93 @@ def _warn_of_linear_strain(line: DeployingLine, length: Profile, until: float) -
             PhysicsWarning,
             stacklevel=3,
         )
+
+
+def moving_points(shapes: MemberShapes, total: float, at_tip: bool) -> MovingPoints:
+    """The points of quadrature of the deployed part, and the stowed part at the drum; total: mass of the whole [kg]."""
+    deployed = shapes.material_points(*shapes.quadrature)
+    drum = shapes.material_points(np.array([1.0 if at_tip else 0.0]), np.ones(1))
+    density = shapes.member_mass / shapes.reference
+    # material of the deployed part keeps its distance from the end that came out first; the drum keeps its xi
+    deployed_points = _points(shapes, deployed, -deployed.xi if at_tip else 1.0 - deployed.xi)
+    drum_points = _points(shapes, drum, np.zeros(len(drum.xi)))
+    k, m = len(deployed.xi), len(drum.xi)
+    joined = {key: np.concatenate([deployed_points[key], drum_points[key]]) for key in deployed_points}
+    return MovingPoints(
+        direction=shapes.axes.frame[0],
+        mass=np.concatenate([np.zeros(k), total * drum.share]),
+        density=density * np.concatenate([deployed.share, -drum.share]),
+        drawn=np.concatenate([np.full(k, 0.0 if at_tip else 1.0), np.full(m, 1.0 if at_tip else 0.0)]),
+        along=np.concatenate([deployed.xi, drum.xi]),
+        **joined,
+    )
+
+
+def _points(shapes: MemberShapes, section_points: MaterialPoints, xi_rate: Array) -> dict[str, Array]:
+    """Positions, shapes and their drift with the material; xi_rate: rate of its xi over that of ln L, (k,)."""
+    L, xi_rates = shapes.reference, xi_rate[:, None, None]
+    value, inverse = section_points.values[0], L * section_points.values[-1][:, :, 1:]
+    return {
+        "base": value[:, :, 0],
+        "phi": value[:, :, 1:],
+        "phi_inverse": inverse,
+        "drift": xi_rates * section_points.slopes[0][:, :, 1:],
+        "drift_inverse": xi_rates * L * section_points.slopes[-1][:, :, 1:] - inverse,
+    }
+
+
+@dataclass(frozen=True)
+class Reel:
+    """A drum that pulls on the member with a tension: F = -(tension + damping U + stiffness (L - rest)).
+
+    name        of the effector, whose states are "length" and "speed"
+    length      at t = 0 [m];  speed  at t = 0 [m/s]
+    tension     constant pull [N], negative for a motor that pushes the member out
+    damping     brake [N s/m]
+    stiffness   of a length controller [N/m];  rest  length at which it pulls with `tension` alone [m]
+    mass        inertia of the drum over its radius squared [kg]
+
+    A run ends with an error where the length reaches zero or the stock.
+    """
+
+    name: str
+    length: float
+    speed: float = 0.0
+    tension: float = 0.0
+    damping: float = 0.0
+    stiffness: float = 0.0
+    rest: float = 0.0
+    mass: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not self.length > 0.0:
+            raise ValueError(f"the initial length of reel {self.name!r} is {self.length:g} m; it must be positive")
+        if min(self.damping, self.stiffness, self.mass) < 0.0:
+            raise ValueError(f"damping, stiffness and mass of the reel {self.name!r} must be zero or positive")
+
+    @property
+    def state(self) -> str:
+        """Name of the state that is the length."""
+        return f"{self.name}.length"
+
+    def effector(self, stock: float = math.inf) -> Effector:
+        """The effector of a system that has the length and its rate as states; stock: length of the whole member."""
+        law = np.array([self.tension, self.damping, self.stiffness, self.rest, min(stock, sys.float_info.max)])
+        return Effector(
+            self.name,
+            reel_law,
+            states={"length": "m", "speed": "m/s"},
+            z0=np.array([self.length, self.speed]),
+            sizes=np.array([self.length, max(abs(self.speed), 1e-3 * self.length)]),
+            channels={"tension": "N"},
+            parameters=law,
+        )
+
+
+def reel_law(seen, out):  # type: ignore[no-untyped-def]
+    """Rate of the length, and in place of the rate of the speed the force on the length."""
+    p, length, speed = seen.parameters, seen.z[0], seen.z[1]
+    tension = p[0] + p[1] * speed + p[2] * (length - p[3])
+    out.zdot[0] = speed
+    out.zdot[1] = -tension if 0.0 < length <= p[4] else np.nan  # which ends the run
+    out.channel[0] = tension

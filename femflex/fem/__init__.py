@@ -8,12 +8,11 @@ from __future__ import annotations
 from importlib import import_module
 from pkgutil import walk_packages
 
-from femflex.fem.bushing import Bushing, spring
+from femflex.fem.bushing import Bushing, ScalarSpring, spring
 from femflex.fem.connections import Distributing, Equation, MultiPointConstraint, Rigid, Term
 from femflex.fem.family import FAMILIES
 from femflex.fem.line.segments import Segment, cut_into_segments
 from femflex.fem.point_mass import PointMass
-from femflex.fem.scalar_spring import ScalarSpring
 from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
 from femflex.fem.static_loads import StaticLoads
 from femflex.fem.structure import Member, Structure, StructureSkin, build_structure

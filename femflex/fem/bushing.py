@@ -19,9 +19,9 @@ from femflex.fem.tables import DenseStrain
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
 
-
 SQUARE = 1e-6  # cosine between two axes that passes for rounding
 APART = 1e-9  # of the mesh's size: distance of two nodes below which they coincide
+Direction = tuple[float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,3 +152,44 @@ def axes_along(x: Array) -> Array:
 def _line(x: Array, translation: IntArray) -> SkinPart:
     """The line between the nodes."""
     return SkinPart(x, {"line": np.array([[0, 1]])}, np.arange(6), translation.ravel(), np.ones(6))
+
+
+@dataclass(frozen=True)
+class ScalarSpring:
+    """A spring that resists one linear combination of displacements and rotations of nodes.
+
+    terms      (group of one node, "translation" or "rotation", (3,) factors along the mesh's axes), ...
+    stiffness  [N/m], [N] or [N m/rad], as the terms go; not zero
+
+    Unlike a Bushing between nodes that are apart it may resist rigid rotation: it is the spring of a matrix.
+    """
+
+    terms: tuple[tuple[str, str, Direction], ...]
+    stiffness: float
+
+    def __post_init__(self) -> None:
+        if not self.terms or not np.isfinite(self.stiffness) or self.stiffness == 0:
+            raise ValueError(
+                f"a scalar spring has {len(self.terms)} terms and stiffness {self.stiffness}; give terms and a finite "
+                "stiffness other than 0"
+            )
+
+    def contribution(self, mesh: Mesh, numbering: Numbering) -> Contribution:
+        """Return the strain of the spring. Raises ValueError for groups of several nodes and for a node without such
+        dofs."""
+        dofs, row = [], []
+        for group, kind, factors in self.terms:
+            nodes = mesh.group_points(group)
+            if len(nodes) != 1:
+                raise ValueError(
+                    f"scalar spring at group {group!r}: it has {len(nodes)} nodes; name groups of one node"
+                )
+            node_dofs = (numbering.rotation_of if kind == "rotation" else numbering.translation_of)(nodes)[0]
+            if node_dofs[0] < 0:
+                raise ValueError(f"scalar spring at group {group!r}: no member gives the node a {kind}; name another")
+            dofs.append(node_dofs)
+            row.append(np.asarray(factors, float))
+        G = np.concatenate(row)[None, None, None]
+        elastic = np.full((1, 1, 1, 1), self.stiffness)
+        strain = DenseStrain(np.concatenate(dofs)[None], np.ones((1, 1)), elastic, np.eye(1), np.zeros((1, 1, 1)), G)
+        return Contribution((), (strain,))

@@ -13,17 +13,15 @@ import numpy as np
 from scipy import sparse
 
 from femflex.arrays import Array, IntArray
-from femflex.fem.assembly.conditions import conditions
+from femflex.fem.assembly.conditions import conditions, zero_columns
 from femflex.fem.assembly.numbering import Numbering
-from femflex.fem.assembly.support_dofs import zero_columns
-from femflex.fem.bushing import Bushing
+from femflex.fem.bushing import Bushing, ScalarSpring
 from femflex.fem.connections.connection import Connection
 from femflex.fem.connections.hanging import hanging_dependences, hanging_note
 from femflex.fem.connections.middle_nodes import middles_left_out, with_raised_boundaries
 from femflex.fem.family import FAMILIES, Contribution, SkinPart, StrainPlaces, prepare_mesh, with_own_cells
 from femflex.fem.internal_force import InternalForce
 from femflex.fem.point_mass import PointMass, point_mass_block
-from femflex.fem.scalar_spring import ScalarSpring
 from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
 from femflex.fem.support import COMPONENTS, Support, Supports, as_support
 from femflex.fem.tables import InertiaBlock, StrainBlock, mass_and_stiffness

@@ -5,7 +5,7 @@ gives a whole trajectory and `blocks` one piece at a time, with a state to resum
 method and says why. Kernels are loaded when a method is first used, not when this package is imported.
 """
 
-from femflex.integrate.choice import Choice, choose
+from femflex.integrate.choice import Choice, Forecast, choose, forecast
 from femflex.integrate.dop853 import Dop853
 from femflex.integrate.esdirk import Esdirk4
 from femflex.integrate.outcome import Block, IntegrationError, Interrupted, Solution, Steps
@@ -18,7 +18,6 @@ from femflex.integrate.protocol import (
     SecondOrder,
 )
 from femflex.integrate.register import INTEGRATORS, integrator
-from femflex.integrate.trial import Forecast, forecast
 
 __all__ = [
     "CORRECT",

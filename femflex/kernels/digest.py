@@ -22,7 +22,7 @@ import numba
 import numpy as np
 
 PACKAGE = Path(__file__).resolve().parents[1]
-COMPILERS = [f"kernels/{name}.py" for name in ("compiled", "cache", "linking", "numba_interfaces")]  # all need them
+COMPILERS = [f"kernels/{name}.py" for name in ("compiled", "cache", "linking")]  # all need them
 OPTIONS = (  # of Numba, from NUMBA_... variables, that change the code
     "BOUNDSCHECK",
     "DEBUGINFO_DEFAULT",

@@ -3,7 +3,6 @@
 from femflex.mesh.check import check
 from femflex.mesh.generators import annulus, box, line, rectangle
 from femflex.mesh.io import read_mesh, write_mesh
-from femflex.mesh.mesh import Mesh
-from femflex.mesh.summary import describe
+from femflex.mesh.mesh import Mesh, describe
 
 __all__ = ["Mesh", "annulus", "box", "check", "describe", "line", "read_mesh", "rectangle", "write_mesh"]

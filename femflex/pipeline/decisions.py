@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,25 +29,35 @@ from femflex.advice.limits import LARGE_DISPLACEMENT
 from femflex.advice.model_warnings import model_warnings
 from femflex.advice.motion_estimate import MotionEstimate, RigidEstimate, estimate_motion, estimate_rigid_motion
 from femflex.advice.strain import strain_advice
-from femflex.advice.truncation import CraftModes, are_assessable, truncation_warnings, unassessed_truncation
+from femflex.advice.truncation import (
+    CraftModes,
+    are_assessable,
+    craft_modes,
+    joint_advice,
+    truncation_warnings,
+    unassessed_truncation,
+)
 from femflex.arrays import Array
-from femflex.assembly.bodies import built_bodies
+from femflex.assembly.bodies import BuiltBody, built_bodies, built_body
+from femflex.assembly.deploying import with_lengths_at
 from femflex.assembly.initial import requested_displacement
 from femflex.assembly.open_choices import open_joints, open_strains, with_joints, with_strains
 from femflex.assembly.shared import shared_structures
-from femflex.assembly.static_shapes import with_all_static_shapes, with_deflections
+from femflex.assembly.static_shapes import static_shapes, with_all_static_shapes, with_deflections
 from femflex.assembly.system import problems_of_loads
 from femflex.case.body import Strain
 from femflex.case.case import Case
+from femflex.dynamics.linear.elastic_motion import ElasticResponse
 from femflex.noun.problems import CaseError, Problem
-from femflex.pipeline.chosen_strains import forms_that_exist
-from femflex.pipeline.joint_shapes import Built, crafts_at_lengths, joint_choices, system_with_origins
 from femflex.pipeline.periods import check_periods
 from femflex.pipeline.references import duration_of
 from femflex.pipeline.start import system_of
 from femflex.reduction.origin import Origin
 from femflex.system import Part, System
 from femflex.warning import PhysicsWarning
+
+Built = dict[str, BuiltBody]
+OTHER: dict[Strain, Strain] = {"condensed": "nonlinear", "nonlinear": "condensed"}  # tried where one cannot be built
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,3 +278,67 @@ def _largest_spin(case: Case) -> Array | None:
     if case.campbell is None or axis is None:
         return None
     return np.array(axis) / np.linalg.norm(axis) * case.campbell.speeds[-1]
+
+
+def crafts_at_lengths(
+    case: Case, system: System, origins: BodyOrigins, end: float, response: ElasticResponse | None
+) -> list[CraftModes]:
+    """The modes of a craft with its members at their first lengths, and with the lengths at the time `end` [s].
+
+    The latter are left out where no length changes, or where the system is then inconsistent, such as by loops on the
+    members. response: elastic response in the run, for the modes at the first lengths.
+    """
+    crafts, fixed = [craft_modes(system, origins, response)], with_lengths_at(case, end)
+    if fixed is None:
+        return crafts
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PhysicsWarning)  # issued for the members at their first lengths
+        try:
+            last_lengths = system_with_origins(fixed.model_copy(update={"initial": None}), built_bodies(fixed))
+        except CaseError:
+            return crafts
+    return [*crafts, craft_modes(*last_lengths, t=end)]
+
+
+def joint_choices(case: Case, crafts: list[CraftModes]) -> dict[str, Advice]:
+    """The static shapes of joints for each body whose case does not name them; crafts: with all such shapes."""
+    places = {name: static_shapes(case, name) for name in open_joints(case)}
+    return joint_advice(crafts, crafts[0].origins, places, case.run.band or 0.0)
+
+
+def system_with_origins(case: Case, built: Mapping[str, BuiltBody]) -> tuple[System, BodyOrigins]:
+    """The system of these bodies, and the origins of those whose origin is known."""
+    origins = {name: body.origin for name, body in built.items() if body.origin is not None}
+    return system_of(case, {name: body.part for name, body in built.items()}), BodyOrigins(origins)
+
+
+def forms_that_exist(case: Case, origins: BodyOrigins, advised: Mapping[str, Advice]) -> dict[str, Advice]:
+    """The advised strain of each body, or the other form where it cannot be built; linear if neither can be."""
+    return {name: _form_that_exists(case, origins, advice) for name, advice in advised.items()}
+
+
+def _form_that_exists(case: Case, origins: BodyOrigins, advice: Advice) -> Advice:
+    if advice.choice == "linear":
+        return advice
+    if advice.body in origins and (bound := origins[advice.body].origin.bound):
+        return replace(advice, choice="linear", reason=f"{bound}; {advice.reason}")
+    forms: tuple[Strain, Strain] = advice.choice, OTHER[advice.choice]
+    errors: list[str] = []
+    for strain in forms:
+        if not (error := _error_of(with_strains(case, {advice.body: strain}), advice.body)):
+            text = f"; {advice.choice} strain is not possible ({errors[0]})" if errors else ""
+            return replace(advice, choice=strain, reason=advice.reason + text)
+        errors.append(error)
+    text = f"; neither {' nor '.join(sorted(forms))} strain is possible ({errors[0]})"
+    return replace(advice, choice="linear", reason=advice.reason + text)
+
+
+def _error_of(case: Case, name: str) -> str:
+    """The first line of the first problem of a body; empty where it can be built."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", PhysicsWarning)  # issued where the body is built for the run
+            built_body(case, name)
+    except CaseError as error:
+        return error.problems[0].text.partition("\n")[0].rstrip(".")
+    return ""

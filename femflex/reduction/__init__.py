@@ -23,10 +23,9 @@ from femflex.reduction.modes.damping import (
     is_added,
     is_unanswered,
 )
-from femflex.reduction.modes.modeset import ModeSet, rigid_set
 from femflex.reduction.modes.nodal import lumped, nodal, nodal_translations
 from femflex.reduction.modes.residuals import with_attachment
-from femflex.reduction.modes.vibration import cantilever_modes, free_free_modes, load_vectors
+from femflex.reduction.modes.vibration import ModeSet, cantilever_modes, free_free_modes, load_vectors, rigid_set
 from femflex.reduction.preload.equilibrium import static_equilibrium
 from femflex.reduction.preload.loads import Preload
 from femflex.reduction.reduce import reduce_structure

@@ -25,8 +25,7 @@ from femflex.reduction.boundary.rigid import dofs_of_node_motion
 from femflex.reduction.inertia.moments import point_moments
 from femflex.reduction.large_deflection.foreshortening import foreshortening_of
 from femflex.reduction.modes.damping import UNANSWERED, Damping, ModalDamping, bending_damping, is_added, is_unanswered
-from femflex.reduction.modes.modeset import ModeSet
-from femflex.reduction.modes.vibration import TURN
+from femflex.reduction.modes.vibration import TURN, ModeSet
 from femflex.reduction.strain.condense import condense
 from femflex.reduction.strain.static_stretch import with_stretch_of_slaved
 from femflex.reduction.strain.turned_sections import Sections, with_turned_sections

@@ -19,7 +19,7 @@ from femflex.reduction.inertia.mass_matrix import Distribution, matrix_moments, 
 from femflex.reduction.inertia.moments import linear_stiffness
 from femflex.reduction.limits import LUMPED_MASS_ERROR
 from femflex.reduction.modes.damping import Damping, ModalDamping, is_added, is_unanswered
-from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.modes.vibration import ModeSet
 from femflex.reduction.reduce import dof_weight, skin_of
 from femflex.warning import PhysicsWarning
 

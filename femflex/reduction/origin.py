@@ -10,7 +10,7 @@ from femflex.body import FlexibleBody
 from femflex.fem.structure import Structure
 from femflex.fem.support import Support
 from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
-from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.modes.vibration import ModeSet
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Literal
 
@@ -12,25 +12,26 @@ from femflex.arrays import Array, BoolArray, IntArray
 from femflex.body import FlexibleBody, Skin, StrainTensors
 from femflex.fem.deflected import tension_blocks
 from femflex.fem.static_loads import StaticLoads
-from femflex.fem.structure import Structure
+from femflex.fem.structure import Member, Structure, build_structure
 from femflex.fem.tables import SectionInertia, element_chunks
+from femflex.mesh import Mesh, read_mesh
 from femflex.reduction.beams.strain_points import strain_field
+from femflex.reduction.boundary.clamps import Groups
 from femflex.reduction.boundary.load_sets import add_load_sets
 from femflex.reduction.boundary.markers import attachable_nodes, marker, marker_rows
 from femflex.reduction.boundary.patches import add_patches
 from femflex.reduction.boundary.rigid import check_no_rigid_motion, is_held_by_springs, rigid_shapes
-from femflex.reduction.inertia.mass_points import mass_points
-from femflex.reduction.inertia.moments import linear_stiffness, mass_moments
+from femflex.reduction.inertia.moments import linear_stiffness, mass_moments, mass_points
 from femflex.reduction.inertia.orders import first_order_part, membrane_cubic
+from femflex.reduction.large_deflection.derivatives import with_derivatives
 from femflex.reduction.large_deflection.foreshortening import foreshortening
 from femflex.reduction.modes.damping import UNANSWERED, Damping, ModalDamping, bending_damping, is_added, is_unanswered
-from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.nodal import is_lumped
+from femflex.reduction.modes.vibration import ModeSet, cantilever_modes, free_free_modes
 from femflex.reduction.preload.equilibrium import is_preloaded
 from femflex.reduction.strain.condense import condense
-from femflex.reduction.strain.folded_beams import warn_of_folded_beams
+from femflex.reduction.strain.folded_beams import warn_of_folded_beams, warn_of_in_plane_turns
 from femflex.reduction.strain.following import dependent_derivatives
-from femflex.reduction.strain.in_plane_turns import warn_of_in_plane_turns
 from femflex.reduction.strain.initial_stress import warn_if_slack
 from femflex.reduction.strain.omitted_shear import warn_of_omitted_shear
 from femflex.reduction.strain.static_stretch import with_static_stretch
@@ -249,3 +250,38 @@ def internal_damping(structure: Structure, phi: Array, damped: Sequence[bool]) -
                 stress = np.matmul(part.elastic * block.viscosity, B0) * part.weight[..., None, None]
                 D += np.einsum("eqsi,eqsj->ij", B0, stress, optimize=True)
     return (D + D.T) / 2
+
+
+def flexible_body(
+    mesh: Mesh | str,
+    members: Member | Iterable[Member],
+    *,
+    clamp: Groups = (),
+    modes: int,
+    markers: Mapping[str, str] | Iterable[str] = (),
+    damping: Damping | float = 0.0,
+    strain: Strain = "condensed",
+) -> FlexibleBody:
+    """The body of a mesh that moves in its lowest vibration modes; the body frame is the mesh's coordinates.
+
+    mesh     a Mesh, or the path of its file [m]
+    members  what the groups of the mesh are made of (`fem.Member`)
+    clamp    groups of the mesh that are clamped where modes are computed, which become markers, or group -> components
+             fixed ("x", "y", "z", "rx", "ry", "rz"); none: free-free modes
+    modes    number of vibration modes
+    markers  places for joints, loads and sensors: names of groups of the mesh, or marker -> group
+    damping  ratio of critical of every mode, or a ModalDamping or RayleighDamping
+    strain   "linear", "condensed" (with the foreshortening and stiffening of bending), or "nonlinear" (stretch in
+             coordinates of its own)
+
+    The steps are `fem.build_structure`, `cantilever_modes` or `free_free_modes`, `with_derivatives` where strain is
+    not linear, and `reduce_structure`; call these for anything else. Raises ValueError as they do.
+    """
+    mesh = mesh if isinstance(mesh, Mesh) else read_mesh(mesh)
+    structure = build_structure(mesh, [members] if isinstance(members, Member) else list(members))
+    shapes = cantilever_modes(structure, clamp, modes) if clamp else free_free_modes(structure, modes)
+    if strain != "linear":
+        shapes = with_derivatives(structure, shapes)
+    places = dict(markers) if isinstance(markers, Mapping) else {group: group for group in markers}
+    how = ModalDamping(damping) if isinstance(damping, int | float) else damping
+    return reduce_structure(structure, shapes, places, how, strain)

@@ -14,7 +14,7 @@ from femflex.fem.line.segments import ENDS, FAR, NEAR, Segment
 from femflex.fem.structure import Structure, build_structure
 from femflex.reduction.modes.craig_bampton import craig_bampton
 from femflex.reduction.modes.damping import Damping
-from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.modes.vibration import ModeSet
 from femflex.reduction.reduce import reduce_structure
 from femflex.reduction.strain.initial_stress import relaxed
 

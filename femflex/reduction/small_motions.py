@@ -17,9 +17,8 @@ from femflex.reduction.boundary.load_sets import add_load_sets
 from femflex.reduction.boundary.markers import marker, marker_rows
 from femflex.reduction.boundary.patches import add_patches
 from femflex.reduction.inertia.accelerations import loads_of_rigid_accelerations
-from femflex.reduction.inertia.mass_points import mass_points
-from femflex.reduction.inertia.moments import linear_stiffness, mass_moments
-from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.inertia.moments import linear_stiffness, mass_moments, mass_points
+from femflex.reduction.modes.vibration import ModeSet
 from femflex.reduction.reduce import skin_of
 
 LEVI_CIVITA = np.array([[np.cross(a, b) for b in np.eye(3)] for a in np.eye(3)]).transpose(2, 0, 1)

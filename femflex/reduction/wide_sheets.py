@@ -10,7 +10,7 @@ from femflex.fem.plate.strain import PlateStrain
 from femflex.fem.structure import Structure
 from femflex.reduction.large_deflection.third_derivatives import with_sheet_bends, with_third_derivatives
 from femflex.reduction.limits import LARGEST_SHEET_DEFLECTION, SMALL_SHEET_DEFLECTION, WIDE_SHEET
-from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.modes.vibration import ModeSet
 
 FLAT = 1e-6  # of the length: distance of a sheet's points from their plane
 

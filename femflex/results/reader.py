@@ -14,6 +14,7 @@ import h5py
 import numpy as np
 
 from femflex.arrays import Array
+from femflex.extras import require
 from femflex.hdf5 import open_hdf5
 from femflex.reading import reading
 from femflex.results.checks import check_layout
@@ -23,7 +24,6 @@ from femflex.system.channel import Channel
 
 if TYPE_CHECKING:
     import xarray
-
 
 __all__ = ["Run", "RunBody", "open_file", "open_run"]
 
@@ -204,7 +204,7 @@ class Run:
 
     def to_xarray(self) -> xarray.Dataset:
         """All channels as an xarray Dataset over time, with units, descriptions and names ("/" becomes ".")."""
-        from femflex.results.labelled import dataset
+        from femflex.results.reader import dataset
 
         return dataset(self)
 
@@ -264,3 +264,29 @@ def _near_paths_text(path: str, paths: list[str]) -> str:
     if matches:
         return f"near it are {matches}"
     return f"it holds {paths}" if len(paths) <= 12 else f"its groups are {sorted({k.split('/')[0] for k in paths})}"
+
+
+def dataset(run: Run) -> xarray.Dataset:
+    """All channels over the coordinate time.
+
+    A variable is named by its path with "." for "/" (so that the Dataset can be saved as netCDF). Entries with the
+    same names share one dimension, with the names as its coordinate. Raises MissingExtra.
+    """
+    require("xarray", "labelled datasets")
+    import xarray
+
+    coordinates: dict[str, Any] = {"time": ("time", run.time, {"units": "s"})}
+    variables: dict[str, Any] = {}
+    for path, channel in run.channels.items():
+        dims = ["time", *(f"size_{size}" for size in channel.shape)]
+        if channel.names:
+            dims[-1] = _dimension(path, channel.names)
+            coordinates[dims[-1]] = (dims[-1], list(channel.names))
+        attrs = {"units": channel.unit, "description": channel.description, "frame": channel.frame}
+        variables[path.replace("/", ".")] = (dims, run[path], attrs)
+    attributes = {key: int(value) if isinstance(value, bool) else value for key, value in run.attributes.items()}
+    return xarray.Dataset(variables, coordinates, attributes)
+
+
+def _dimension(path: str, names: tuple[str, ...]) -> str:
+    return "_".join(names) if len(names) <= 4 else path.replace("/", ".") + "_name"

@@ -5,8 +5,9 @@ from __future__ import annotations
 import errno
 import os
 import re
+import shutil
 from collections.abc import Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, nullcontext
 from pathlib import Path
 from typing import Any, Self
 
@@ -18,14 +19,15 @@ from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.results.copying import Changes, conclude, skeleton, write_copy
 from femflex.results.interrupts import finished_on_interrupt
-from femflex.results.layout import channel_of, channels_of
+from femflex.results.layout import channel_of, channels_of, create_channel, reserve
 from femflex.results.lock import FileLock
-from femflex.results.reader import open_file
+from femflex.results.reader import open_file, open_run
 from femflex.results.resume import fits, flattened, write_slot
 from femflex.system.channel import Channel
-from femflex.writing import PARTS, check_destination, link_target, move_into_place, remove_part
+from femflex.writing import PARTS, atomic_file, check_destination, link_target, move_into_place, remove_part
 
 FIRST_BLOCKS = 4  # blocks of space at first, where the number of rows is not known; doubled when it is full
+LAYOUT_BYTES = 20_000  # of a channel, in addition to its values
 
 
 class RunWriter:
@@ -273,3 +275,31 @@ class RunWriter:
         failure = OSError(f"{self.path} cannot be written ({reason}); {kept}")
         failure.errno = code or errno.EIO
         return failure
+
+
+def add_channels(path: str | Path, channels: Mapping[str, tuple[Channel, Array]], lock: FileLock | None = None) -> None:
+    """Add channels with their values (n_t, *shape), one row per instant of the run, or replace those of these names.
+
+    They are written into a copy that is moved into place. lock: of the file, if the caller holds it already.
+    Raises ValueError when the rows are not those of the run, BlockingIOError when a run is writing the file.
+    """
+    path = Path(path)
+    with nullcontext() if lock is not None else FileLock(path):
+        _add(path, channels)
+
+
+def _add(path: Path, channels: Mapping[str, tuple[Channel, Array]]) -> None:
+    with open_run(path) as run:
+        count, room = len(run), len(run.file["time"])
+    for name, (channel, values) in channels.items():
+        if values.shape != (count, *channel.shape):
+            raise ValueError(f"channel {name!r} has shape {values.shape}; this run needs {(count, *channel.shape)}")
+    room_for_values = sum(8 * room * max(values[0].size, 1) for _, values in channels.values() if len(values))
+    with atomic_file(path, force=True) as copy:
+        shutil.copyfile(path, copy)
+        reserve(copy, path.stat().st_size + room_for_values + LAYOUT_BYTES * len(channels))
+        with h5py.File(copy, "r+", locking=False) as file:
+            for name, (channel, values) in channels.items():
+                if name in file:
+                    del file[name]
+                create_channel(file, name, channel, room)[:count] = values

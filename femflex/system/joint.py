@@ -11,6 +11,7 @@ the four Euler parameters of C_PR, constant between changes, follow its coordina
 
 from __future__ import annotations
 
+from collections.abc import Sized
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,13 +19,14 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.rotations import EULER_PARAMETERS
 from femflex.summary import Rows, Summarised, listed
-from femflex.system.ball import ball_coordinates, check_ball, singular_start
-from femflex.system.coordinate_names import coordinate_names, velocity_names
+from femflex.system.ball import ball_coordinates, ball_names, check_ball, singular_start
 from femflex.system.gimbal_lock import locked_start_text
 from femflex.system.joint_coordinates import OPEN, SHUT, check_laws, started_motion
 from femflex.system.latch import Latch
 from femflex.system.law import Law
 from femflex.system.profile import Profile
+
+Names = list[tuple[str, str]]  # name and unit
 
 
 def _no_axes() -> Array:
@@ -217,3 +219,31 @@ def _sized(value: Array, size: int, key: str, label: str) -> Array:
     if value.shape != (size,):
         raise ValueError(f"{key} of joint {label!r} has {value.size} values; the joint needs {size}")
     return value
+
+
+def coordinate_names(joint: Joint) -> Names:
+    """Name and unit of each coordinate."""
+    return _motion_names(joint)
+
+
+def velocity_names(joint: Joint) -> Names:
+    """Return name and unit of each quasi-velocity; those of a ball are the components of its rate."""
+    if joint.ball is None:
+        return [(f"{name}_rate", unit + "/s") for name, unit in _motion_names(joint)]
+    slides = _motion_names(joint)[: len(joint.translations)]
+    return [(f"{n}_rate", u + "/s") for n, u in slides] + [(f"{joint.label}.omega_{a}", "rad/s") for a in "xyz"]
+
+
+def _motion_names(joint: Joint) -> Names:
+    slides = [(f"{joint.label}.slide{_number(j, joint.translations)}", "m") for j in range(len(joint.translations))]
+    if joint.ball is None:
+        turns = [(f"{joint.label}.angle{_number(j, joint.rotations)}", "rad") for j in range(len(joint.rotations))]
+        return slides + turns
+    if joint.ball == EULER_PARAMETERS:
+        return slides + [(f"{joint.label}.e{j}", "1") for j in range(4)]
+    reference = [(f"{joint.label}.reference_e{j}", "1") for j in range(4)] if joint.rebase else []
+    return slides + [(f"{joint.label}.{name}", unit) for name, unit in ball_names(joint.ball)] + reference
+
+
+def _number(j: int, axes: Sized) -> str:
+    return "" if len(axes) == 1 else str(j + 1)

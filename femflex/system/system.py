@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
 from functools import cached_property
 from typing import Any
 
@@ -21,7 +22,6 @@ from femflex.system.effector_problems import effector_problems
 from femflex.system.environment import Environment
 from femflex.system.joint import Joint
 from femflex.system.joint_coordinates import latch_start_problems
-from femflex.system.kept_values import keep_problems
 from femflex.system.length_table import LengthTable
 from femflex.system.load import Load
 from femflex.system.orbit import CRAFT_SIGNALS, EARTH_RADIUS, MU_EARTH, ORBIT_SIGNALS, Frame, Orbit
@@ -421,3 +421,31 @@ def assembled(parts: Mapping[str, Part], joints: Sequence[Joint], loads: Sequenc
         for effector in more.get("effectors", ())
     )
     return System(bodies, all_joints, acting, segments=segments, **more)
+
+
+def keepable_names(joint: Joint) -> dict[str, list[int]]:
+    """Return every name that may be kept, and the freedoms of the joint under it; a ball only as a whole."""
+    single = len(joint.translations) + (len(joint.rotations) if joint.ball is None else 0)
+    names = {joint.label: list(range(joint.n_u))} if joint.n_u else {}
+    return names | {name: [k] for k, name in enumerate(joint.freedom_names()[:single])}
+
+
+def kept_coordinates(keep: Sequence[str], joint: Joint) -> list[int]:
+    """Freedoms of the joint whose initial values stay as given."""
+    names = keepable_names(joint)
+    return sorted({k for name in keep for k in names.get(name, ())})
+
+
+def keep_problems(keep: Sequence[str], joints: Sequence[Joint]) -> list[str]:
+    """Return sentences on names under which nothing can be kept."""
+    keepable = [name for joint in joints for name in keepable_names(joint)]
+    out = []
+    for name in keep:
+        if name not in keepable:
+            matches = get_close_matches(name, keepable, n=1)
+            hint = f"did you mean {matches[0]!r}? " if matches else ""
+            out.append(
+                f"keep names {name!r}, which is no joint that moves and no slide or turn of one; {hint}"
+                f"known are {', '.join(keepable)}"
+            )
+    return out

@@ -28,7 +28,7 @@ from femflex.integrate import INTEGRATORS, Dop853, Esdirk4
 from femflex.integrate.dop853_table import A as DOP_A
 from femflex.integrate.dop853_table import B as DOP_B
 from femflex.integrate.dop853_table import C as DOP_C
-from femflex.integrate.esdirk_table import EMBEDDED, STAGES, A, fractions
+from femflex.integrate.esdirk_kernel import EMBEDDED, STAGES, A, fractions
 
 
 def steady(method, h):

@@ -21,7 +21,7 @@ from femflex.reduction import (
     with_derivatives,
 )
 from femflex.reduction.beams.beam_functions import bending_characteristic
-from femflex.reduction.modes.modeset import rigid_set
+from femflex.reduction.modes.vibration import rigid_set
 
 H = 0.01
 

@@ -17,7 +17,7 @@ from femflex.dynamics.lowering import constraint_layout as layout
 from femflex.dynamics.lowering.constraints import characteristic_length
 from femflex.dynamics.motion.second_order import advance
 from femflex.system import System
-from femflex.system.kept_values import kept_coordinates
+from femflex.system.system import kept_coordinates
 
 MassMatrix = Callable[[float, Array], Array]
 SmallestChange = Callable[[float, Array, Array], tuple[Array, int]]  # as Constraints.nearest

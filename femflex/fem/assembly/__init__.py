@@ -2,4 +2,4 @@
 
 from femflex.fem.assembly.assembler import Assembler as Assembler
 from femflex.fem.assembly.assembler import assemble as assemble
-from femflex.fem.assembly.element_matrices import ElementMatrices as ElementMatrices
+from femflex.fem.assembly.pattern import ElementMatrices as ElementMatrices

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
 
 from femflex.arrays import Array, BoolArray, IntArray
 from femflex.fem.support import Supports, as_support
@@ -14,8 +16,8 @@ from femflex.mesh.cells import CELL_TYPES, EDGES
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
 
-
 SAME = 1e-6  # squared sine of the angle below which two directions of supports at a node are one
+ROUNDING = 1e-9  # entry of a row, and singular value of rows, below which they are zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,3 +81,28 @@ def _edges(mesh: Mesh, group: str) -> IntArray | None:
             ends = [(i, j)] if cell.order == 1 else [(i, j), (i, cell.n_corners + k), (j, cell.n_corners + k)]
             keys += [edge_keys(cells[:, a], cells[:, b], len(mesh.points)) for a, b in ends]
     return np.unique(np.concatenate(keys))
+
+
+def zero_columns(rows: sparse.csr_array) -> IntArray | None:
+    """Return the columns (k,), ascending, that rows @ x = 0 sets to zero; None when it leaves a combination of them
+    free."""
+    entries = rows.tocoo()
+    nonzero = np.abs(entries.data) > ROUNDING
+    row, column, value = entries.coords[0][nonzero], entries.coords[1][nonzero], entries.data[nonzero]
+    columns, local = np.unique(column, return_inverse=True)
+    n = len(columns)
+    graph = sparse.coo_array((np.ones(len(row)), (row, local)), shape=(rows.shape[0], n))
+    single = np.zeros(n, bool)
+    single[local[np.diff(graph.tocsr().indptr)[row] == 1]] = True
+    if not single.all():
+        coupled = (graph.T @ graph).tocsr()
+        _, part = csgraph.connected_components(coupled, directed=False)
+        for k in np.unique(part[~single]):
+            members = np.flatnonzero(part == k)
+            in_part = np.isin(local, members)
+            used, block_row = np.unique(row[in_part], return_inverse=True)
+            block = np.zeros((len(used), len(members)))
+            block[block_row, np.searchsorted(members, local[in_part])] = value[in_part]
+            if np.linalg.matrix_rank(block, tol=ROUNDING) < len(members):
+                return None
+    return columns.astype(np.int64)

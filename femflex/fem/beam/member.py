@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from femflex.arrays import Array, IntArray
+from femflex.fem.assembly.dependence import Dependence
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.beam.corners import corner_nodes
 from femflex.fem.beam.elements import BeamElements, stations
-from femflex.fem.beam.full_stiffness import CENTRES, full_stiffness, mass_centre, shears
 from femflex.fem.beam.orientation import selected_axes
-from femflex.fem.beam.releases import release_ends
 from femflex.fem.beam.shapes import NODAL, BeamOrder
 from femflex.fem.beam.skin import swept_outline
 from femflex.fem.beam.strain import beam_strain, shear_strain
@@ -23,14 +22,14 @@ from femflex.fem.limits import CURVED_CELL, SLENDER_BEAM
 from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_excess, arc_length, element_frames, straight_elements
 from femflex.fem.line.section_points import section_points
 from femflex.fem.option import Option, Options, member_options
-from femflex.fem.sections.section import Shape
+from femflex.fem.sections.section import Resultants, Shape
+from femflex.fem.support import COMPONENTS
 from femflex.fem.tables import SectionInertia
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
     from femflex.mesh import Mesh
-
 
 OPTIONS: Options = {
     "order": Option(3, "order of the bending fields, 3 to 8"),
@@ -63,6 +62,7 @@ OPTIONS: Options = {
 ORDERS = range(3, 9)
 STRETCH_ORDERS = range(1, 2 * ORDERS.stop - 2)  # of the axial and torsional fields, up to 2 * 8 - 1
 VARYING_DEGREE = 8  # polynomial degree added to the quadrature where properties vary along the element
+CENTRES = ("offset", "shear_centre", "mass_centre")
 
 
 @family("beam", OPTIONS, prepare=selected_axes, dimension=1)
@@ -268,3 +268,103 @@ def _warn_if_stout(rho: Array, gyration: float, member: Member) -> None:
             ),
             stacklevel=6,
         )
+
+
+# Full sectional stiffness of beams about the node line, from resultants and the positions of centroid and shear
+# centre.
+#
+# Strains at a point (y, z) of the section from those at the node line (x along the beam):
+#
+#     eps' = eps + z kappa_y - y kappa_z      gamma_y' = gamma_y - z kappa_x      gamma_z' = gamma_z + y kappa_x
+#
+# Axial force acts at the centroid, shear forces act at the shear centre.
+
+
+def shears(section: Any, options: dict[str, Any]) -> bool:
+    """Whether the beam has shear deformation: by its options, or because its section couples shear or has eccentric
+    centres."""
+    if options["shear"] is not None:
+        return bool(options["shear"])
+    eccentric = any(np.any(options[name]) for name in CENTRES[:2] if options[name] is not None)
+    return bool(getattr(section, "couples_shear", False)) or eccentric
+
+
+def full_stiffness(resultants: Resultants, options: dict[str, Any], where: str) -> Array:
+    """Stiffness (e, q, 6, 6) [N, N m, N m^2] over (eps, gamma_y, gamma_z, kappa_x, kappa_y, kappa_z) about the node
+    line.
+
+    Raises ValueError when the section has no shear stiffness.
+    """
+    centroid = _position(options["offset"])
+    centre = centroid + _position(options["shear_centre"])
+    if resultants.coupled is not None:
+        X = strain_transform(centroid, centroid)
+        return np.asarray(X.T @ resultants.coupled @ X)
+    if resultants.GAy is None or resultants.GAz is None:
+        raise ValueError(
+            f"{where} has shear deformation (option shear, or a centroid or shear centre off the node line), but its "
+            "section has no shear stiffness; give GAy and GAz"
+        )
+    r = resultants
+    assert r.GAy is not None and r.GAz is not None
+    X = strain_transform(centroid, centre)
+    diagonal = np.stack(np.broadcast_arrays(r.EA, r.GAy, r.GAz, r.GJ, r.EIy, r.EIz), axis=-1)
+    return np.asarray(X.T @ (diagonal[..., None] * X))
+
+
+def strain_transform(centroid: Array, shear_centre: Array) -> Array:
+    """X (6, 6) [1]: strains at the centroid and the shear centre (2,) from those at the node line."""
+    X = np.eye(6)
+    X[0, 4], X[0, 5] = centroid[1], -centroid[0]
+    X[1, 3], X[2, 3] = -shear_centre[1], shear_centre[0]
+    return X
+
+
+def mass_centre(resultants: Resultants, options: dict[str, Any]) -> Array:
+    """Mass centre (e, q, 2) [m] or (2,) from the node line."""
+    offset = _position(options["offset"]) + _position(options["mass_centre"])
+    return offset if resultants.centre is None else offset + resultants.centre
+
+
+def _position(value: Any) -> Array:
+    return np.zeros(2) if value is None else np.asarray(value, float)
+
+
+def release_ends(
+    mesh: Mesh,
+    member: Member,
+    options: dict[str, Any],
+    numbering: Numbering,
+    nodes: IntArray,
+    frame: Array,
+    nodal: IntArray,
+) -> IntArray:
+    """Return the numbers (2 e, 6) of the dofs of the ends of elements with nodes (e, 2) and frames (e, 3, 3): those of
+    their nodes, or separate ones at releases, which follow the nodes in all but the released components.
+
+    Raises ValueError for unknown components, and when no end of the member is at a node of release_at.
+    """
+    where, components = f"beam on group {member.group!r}", options["release"]
+    components = [components] if isinstance(components, str) else list(components)
+    unknown = [c for c in components if c not in COMPONENTS]
+    if unknown or not components:
+        raise ValueError(f"{where} has release {components!r}; name some of {list(COMPONENTS)}")
+    if options["release_at"] is None:
+        raise ValueError(f"{where} has release without release_at; name the point group of the released ends")
+    released_ends = np.flatnonzero(np.isin(nodes.ravel(), mesh.group_points(options["release_at"])))
+    if not len(released_ends):
+        raise ValueError(f"{where}: no element ends at a node of release_at = {options['release_at']!r}")
+    nodal = nodal.copy()
+    for end in released_ends:
+        axes = frame[end // 2]
+        for first in (0, 3):
+            follows = np.array([c not in components for c in COMPONENTS[first : first + 3]])
+            if follows.all():
+                continue
+            new_dofs, node_dofs = numbering.extra(3), nodal[end, first : first + 3].copy()
+            if follows.any():
+                numbering.connect(
+                    [Dependence(new_dofs, axes[follows], node_dofs, np.eye(3), f"the release of {where}")]
+                )
+            nodal[end, first : first + 3] = new_dofs
+    return nodal

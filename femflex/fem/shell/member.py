@@ -12,7 +12,7 @@ import numpy as np
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTri
 
-from femflex.arrays import Array, IntArray
+from femflex.arrays import Array, BoolArray, IntArray
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
 from femflex.fem.limits import CONSTANT_STRAIN_SHARE, FOLDED_SHELL, WARPED_SHELL
@@ -23,10 +23,8 @@ from femflex.fem.sections.laminates import PlateSection
 from femflex.fem.shell.blocks import ALL_ELEMENTS, ShellInertia, ShellStrain, strain_maps
 from femflex.fem.shell.coarse import warn_if_coarse, warn_of_trapezoids
 from femflex.fem.shell.directors import directors, normals_at_nodes
-from femflex.fem.shell.drilling import drilling
 from femflex.fem.shell.fields import ShellGeometry, areas, gradient_rows
-from femflex.fem.shell.skin import shell_skin
-from femflex.fem.shell.surface import move_onto_surfaces, normals
+from femflex.fem.shell.surface import move_onto_surfaces, normals, shell_skin
 from femflex.fem.shell.variable import Patch, VariableSection, axes_at_nodes
 from femflex.fem.tables import DenseStrain, StrainBlock, rows_of_elements
 from femflex.mesh.cells import CELL_TYPES
@@ -37,7 +35,6 @@ from femflex.warning import PhysicsWarning
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
     from femflex.mesh import Mesh
-
 
 CELLS = ("triangle", "triangle6", "quad", "quad9")
 FLAT_AREA = 1e-10  # of the longest side squared: area below which an element has none
@@ -57,6 +54,7 @@ OPTIONS: Options = {
         float(np.radians(FOLD_ANGLE)), "angle between neighbouring elements above which their edge is a fold", "rad"
     ),
 }
+DRILLING = 0.1  # of the shear stiffness in the plane
 
 
 def add_centre_nodes(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[str, ...]]:
@@ -327,3 +325,36 @@ def _warn_of_constant_strain(points: Array, cells: dict[str, IntArray], where: s
             ),
             stacklevel=5,
         )
+
+
+# Rotations about the normal of a shell, at nodes that have them: folds, branches, and nodes shared with beams.
+#
+# Shells resist no rotation of a node about their director. Where only smooth shells share a node, it has no such dof.
+# At other nodes it follows the rotation of the surface in itself, omega = (t_2.u,1 - t_1.u,2) / 2, by the energy
+#
+#     DRILLING G h / 2 sum (theta.n - omega)^2 (area of the corner)
+#
+# which is zero where the two agree, as they do in the exact solution (T. J. R. Hughes and F. Brezzi, Comp. Meth. Appl.
+# Mech. Engng 72 (1989) 105).
+
+
+def drilling(geometry: ShellGeometry, dofs: IntArray, drilled: BoolArray, shear: float) -> tuple[DenseStrain, ...]:
+    """Strain theta.n - omega at the nodes (e, k) that have a rotation about the director; none where none has.
+
+    shear: stiffness G h [N/m]
+    """
+    elements = np.flatnonzero(drilled.any(axis=1))
+    if not len(elements):
+        return ()
+    drilled_geometry = geometry.of_elements(elements)
+    cell = CELL_TYPES[geometry.cell]
+    k = len(cell.nodes)
+    G, (_, normal) = gradient_rows(drilled_geometry, cell.nodes), areas(drilled_geometry, cell.nodes)
+    rows = (G[:, :, 1] - G[:, :, 2])[:, :, None] / 2  # -omega
+    for node in range(k):
+        rows[:, node, 0, 3 * (k + node) : 3 * (k + node) + 3] += normal[:, node]
+    points, weight = quadrature(cell.shape, cell.order + 1)
+    total = areas(drilled_geometry, points)[0] @ weight
+    share = np.where(drilled[elements], total[:, None] / k, 0.0)
+    elastic = np.full((1, 1, 1, 1), DRILLING * shear)
+    return (DenseStrain(dofs[elements], share, elastic, np.ones((1, 1)), np.zeros((1, 1, 1)), rows),)

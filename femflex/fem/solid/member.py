@@ -7,6 +7,7 @@ lock: they are raised to second order before dofs are numbered (`raise_solids`),
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -14,24 +15,26 @@ import numpy as np
 
 from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
-from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
+from femflex.fem.family import Contribution, SkinPart, StrainPlaces, family, member_cells
 from femflex.fem.limits import MISPLACED_NODE
 from femflex.fem.option import Option, Options, member_options
 from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
-from femflex.fem.solid.blocks import SolidInertia, SolidStrain, strain_maps
+from femflex.fem.solid.blocks import Enhanced, SolidInertia, SolidStrain, enhanced_strains, strain_maps
 from femflex.fem.solid.elastic import elasticity, material_axes
-from femflex.fem.solid.enhanced import with_incompatible_modes
-from femflex.fem.solid.locking import warn_of_curved, warn_of_first_order, warn_of_incompressible, warn_of_tapered
+from femflex.fem.solid.locking import (
+    warn_of_curved,
+    warn_of_first_order,
+    warn_of_incompressible,
+    warn_of_tapered,
+    with_reduced_volume_points,
+)
 from femflex.fem.solid.rules import CELLS, REDUCED, mass_rule, strain_rule
-from femflex.fem.solid.skin import solid_skin
-from femflex.fem.solid.volume import with_reduced_volume_points
-from femflex.mesh.cells import CELL_TYPES
+from femflex.mesh.cells import CELL_TYPES, FACES
 from femflex.mesh.second_order import SECOND_ORDER, raise_order
 
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
     from femflex.mesh import Mesh
-
 
 # A cantilever block of 2541 nodes takes 2.4 s and 0.3 GB for six modes with order = 1, 40 s and 0.8 GB with order = 2;
 # their frequencies differ by 0.1 to 0.5 %, those of a plate of one layer of 40 x 20 bricks by as much.
@@ -254,3 +257,75 @@ def _inverse(J: Array) -> tuple[Array, Array]:
     determinant = np.sum(a * columns[..., 0], axis=-1)
     safe = np.where(determinant == 0, 1.0, determinant)
     return columns / safe[..., None, None], determinant
+
+
+def with_incompatible_modes(strain: SolidStrain, x: Array, points: Array) -> SolidStrain:
+    """The strain of bricks with nodes x (e, 8, 3) [m] at points (q, 3) of the unit cell, with `Enhanced` strains."""
+    cell = CELL_TYPES["hexahedron"]
+
+    def jacobian(positions: Array) -> Array:
+        return np.asarray(np.einsum("qkm,eki->eqmi", cell.gradients(positions), x - x[:, :1]))
+
+    J0, centre = jacobian(np.full((1, 3), 0.5))[:, 0], 2 * points - 1
+    ratio = np.linalg.det(J0)[:, None] / np.linalg.det(jacobian(points))
+    slope = ratio[:, :, None, None] * (-2 * centre)[None, :, :, None] * np.linalg.inv(J0).swapaxes(1, 2)[:, None]
+    B, G = enhanced_strains(slope), strain.rows(slice(None))
+    stress = np.matmul(strain.elastic, B) * strain.weight[:, :, None, None]
+    mode_stiffness = np.matmul(B.swapaxes(2, 3), stress).sum(axis=1)
+    coupling = np.matmul(stress.swapaxes(2, 3), np.matmul(strain.linear_map, G)).sum(axis=1)
+    linear, quadratic = np.zeros((6, 15)), np.zeros((6, 15, 15))
+    linear[:, :9], linear[:, 9:] = strain.linear_map, np.eye(6)
+    quadratic[:, :9, :9] = strain.quadratic_map
+    enhanced = Enhanced(slope, -np.linalg.solve(mode_stiffness, coupling))
+    return replace(strain, linear_map=linear, quadratic_map=quadratic, enhanced=enhanced)
+
+
+def solid_skin(points: Array, cells: dict[str, IntArray], numbering: Numbering) -> SkinPart:
+    """Outer faces of solids on points (n_p, 3) [m], moved by their nodes; second-order faces are cut at their middle
+    nodes."""
+    pieces = outer_pieces(cells)
+    nodes, corners = np.unique(np.concatenate([part.ravel() for part in pieces.values()]), return_inverse=True)
+    numbers = np.split(corners, np.cumsum([part.size for part in pieces.values()])[:-1])
+    cols = numbering.translation_of(nodes)
+    return SkinPart(
+        points=points[nodes],
+        cells={
+            kind: numbers_of_kind.reshape(part.shape)
+            for (kind, part), numbers_of_kind in zip(pieces.items(), numbers, strict=True)
+        },
+        rows=np.arange(3 * len(nodes)),
+        cols=cols.ravel(),
+        values=np.ones(3 * len(nodes)),
+    )
+
+
+def outer_pieces(cells: dict[str, IntArray]) -> dict[str, IntArray]:
+    """Triangles (k, 3) and quads (k, 4), numbers of mesh nodes, that make up the faces which occur once,
+    counterclockwise from outside."""
+    keys, owner = [], []
+    for name, nodes in cells.items():
+        for number, face in enumerate(FACES[CELL_TYPES[name].shape]):
+            sorted_nodes = np.sort(nodes[:, face], axis=1)
+            keys.append(np.column_stack([sorted_nodes, np.full((len(sorted_nodes), 4 - len(face)), -1)]))
+            owner.append((name, number, len(nodes)))
+    _, which, count = np.unique(np.concatenate(keys), axis=0, return_inverse=True, return_counts=True)
+    once = np.split(count[which.ravel()] == 1, np.cumsum([n for *_, n in owner])[:-1])
+    pieces: dict[str, list[IntArray]] = {}
+    for (name, number, _), outer in zip(owner, once, strict=True):
+        for piece in _pieces(name, FACES[CELL_TYPES[name].shape][number]):
+            kind = "quad" if len(piece) == 4 else "triangle"
+            pieces.setdefault(kind, []).append(cells[name][outer][:, piece])
+    return {kind: np.concatenate(parts) for kind, parts in pieces.items()}
+
+
+def _pieces(name: str, face: list[int]) -> list[list[int]]:
+    """A face as flat pieces of the element's own node numbers."""
+    cell = CELL_TYPES[name]
+    if cell.order == 1:
+        return [list(face)]
+    between = {tuple(parents): cell.n_corners + k for k, parents in enumerate(cell.parents)}
+    n = len(face)
+    middle = [between[tuple(sorted((face[i], face[(i + 1) % n])))] for i in range(n)]
+    if (centre := between.get(tuple(sorted(face)))) is not None and n == 4:
+        return [[face[i], middle[i], centre, middle[i - 1]] for i in range(n)]
+    return [middle, *([face[i], middle[i], middle[i - 1]] for i in range(n))]

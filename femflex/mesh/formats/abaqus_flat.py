@@ -13,8 +13,7 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.mesh.formats.abaqus_elements import END_MIDDLE_END, cell_of
 from femflex.mesh.formats.abaqus_keywords import Keyword, read_keywords
-from femflex.mesh.formats.abaqus_nodes import NodeReader
-from femflex.mesh.formats.abaqus_sets import Sets
+from femflex.mesh.formats.abaqus_nodes import NodeReader, Sets
 from femflex.mesh.formats.guards import check_count
 from femflex.mesh.formats.numbers import Numbers, inclusive_range
 

@@ -20,7 +20,7 @@ from femflex.arrays import Array
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.clamps import free_dofs
 from femflex.reduction.boundary.pivots import solve_tangent
-from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.modes.vibration import ModeSet
 
 STEPS = 4  # evenly spaced states up to each amplitude
 SETTLED = 1e-6  # last Newton step over the displacement; the remaining error is its square

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from hashlib import sha256
 
 import numpy as np
 from scipy import linalg
@@ -13,8 +14,8 @@ from femflex.body import FlexibleBody, Foreshortening
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.inertia.accelerations import work_of_accelerations
-from femflex.reduction.large_deflection.second_order_response import second_order_response
-from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.modes.statics import static_response
+from femflex.reduction.modes.vibration import ModeSet
 
 ALONE = 1e-6  # share of the other shapes in the lowest shape of a set, by mass, below which it is one shape of the set
 
@@ -55,3 +56,20 @@ def foreshortening_of(body: FlexibleBody) -> Foreshortening:
     rows = np.concatenate([moments.first[1 + n :, None, :], moments.second[0, :, 1 + n :, :].swapaxes(0, 1)], axis=1)
     at = {name: marker.phi[:, n:] @ followed for name, marker in body.markers.items()}
     return Foreshortening(np.asarray(np.einsum("s,sza->za", followed, rows)), at)
+
+
+def second_order_response(structure: Structure, shape: ModeSet) -> tuple[Array, Array]:
+    """The load (dK/dphi) phi of a set of one shape, and the response K^-1 (dK/dphi) phi to it, (n_dof, 1) both.
+
+    The shape is scaled to unit strain energy phi.K phi = 1. The negative response is the static derivative theta of the
+    shape (`derivatives`).
+    """
+    key = ("own bend", shape.held.tobytes(), shape.reference, sha256(shape.phi.tobytes()).digest())
+    result: tuple[Array, Array] = structure.recalled(key, lambda: _second_order_response(structure, shape))
+    return result
+
+
+def _second_order_response(structure: Structure, shape: ModeSet) -> tuple[Array, Array]:
+    phi = shape.phi / np.sqrt(np.einsum("in,in->n", shape.phi, structure.K @ shape.phi))
+    load = structure.internal_force.second_derivative(phi)
+    return load, static_response(structure, shape, load)

@@ -21,7 +21,7 @@ from femflex.arrays import Array, IntArray
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.pivots import factors, negative_pivots
 from femflex.reduction.boundary.supported import supported
-from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.modes.vibration import ModeSet
 
 STEPS = 12  # steps of the work up to the deflection of a linear structure
 FARTHEST = 1.5  # of that work: limit for structures that do not reach the deflection

@@ -17,8 +17,7 @@ from femflex.arrays import Array
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.supported import supported
 from femflex.reduction.large_deflection.load_path import largest_displacement, trace_load_path
-from femflex.reduction.modes.modeset import ModeSet
-from femflex.reduction.modes.vibration import load_vectors, responses_to_clamp_accelerations, ritz
+from femflex.reduction.modes.vibration import ModeSet, load_vectors, responses_to_clamp_accelerations, ritz
 
 PUSH = 1e-3  # energy norm of a mode's response to the small load, over that of the linear response to the load
 PUSHED = 3  # number of the lowest modes that the small load excites

@@ -11,10 +11,9 @@ from femflex.arrays import Array, BoolArray
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.rigid import DIRECTIONS, independent_columns
 from femflex.reduction.large_deflection.bent_states import over_mass
-from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.residuals import residual_vectors
 from femflex.reduction.modes.statics import static_response
-from femflex.reduction.modes.vibration import load_vectors
+from femflex.reduction.modes.vibration import ModeSet, load_vectors
 from femflex.reduction.strain.following import FASTER
 
 FASTEST = 8.0  # frequency of a load's static shape over the highest of a set that it may join: 6.5 for the rest of an

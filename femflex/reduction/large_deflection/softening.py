@@ -22,7 +22,7 @@ from femflex.arrays import Array, BoolArray
 from femflex.body.symmetric import unpacked
 from femflex.fem.structure import Structure
 from femflex.reduction.large_deflection.bent_states import over_mass
-from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.modes.vibration import ModeSet
 from femflex.reduction.strain.tensors import pair_number, strain_tensors
 
 FAR = 0.2  # largest deflection over the structure's size, the limit of the strain measure

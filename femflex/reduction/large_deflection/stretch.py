@@ -10,7 +10,7 @@ from femflex.arrays import Array
 from femflex.body import StrainTensors
 from femflex.fem.structure import Structure
 from femflex.reduction.large_deflection.derivatives import scaled_derivatives
-from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.modes.vibration import ModeSet
 from femflex.reduction.strain.tensors import strain_tensors
 
 DEFLECTION = 0.01  # of the structure's size, at which a set is assessed

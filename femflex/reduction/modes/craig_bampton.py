@@ -16,8 +16,7 @@ from femflex.fem.structure import Structure
 from femflex.reduction.boundary.clamps import Groups, held_dofs, names
 from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.boundary.rigid import independent_columns, rigid_shapes
-from femflex.reduction.modes.modeset import ModeSet, rigid_set
-from femflex.reduction.modes.vibration import fixed_modes, ritz, statically_condensed
+from femflex.reduction.modes.vibration import ModeSet, fixed_modes, rigid_set, ritz, statically_condensed
 
 
 def craig_bampton(

@@ -20,7 +20,7 @@ from femflex.arrays import Array, IntArray
 from femflex.fem.structure import Structure
 from femflex.mesh.cells import CELL_TYPES, EDGES
 from femflex.reduction.limits import FEW_OF_A_KIND, SLENDER_BRICK
-from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.modes.vibration import ModeSet
 from femflex.warning import PhysicsWarning
 
 # Pairs of edges of a cell that run alike, for directions; of cells without such pairs all edges count as one.

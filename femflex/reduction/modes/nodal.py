@@ -11,8 +11,7 @@ from femflex.arrays import Array, IntArray
 from femflex.fem.structure import Structure
 from femflex.fem.tables import DenseInertia, InertiaBlock
 from femflex.reduction.boundary.clamps import Groups, free_dofs, held_dofs, names
-from femflex.reduction.modes.modeset import ModeSet
-from femflex.reduction.modes.vibration import statically_condensed
+from femflex.reduction.modes.vibration import ModeSet, statically_condensed
 
 
 def nodal(structure: Structure, clamp: Groups) -> ModeSet:

@@ -8,7 +8,7 @@ from femflex.arrays import Array
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.boundary.supported import supported
-from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.modes.vibration import ModeSet
 
 
 def static_response(structure: Structure, modes: ModeSet, load: Array) -> Array:

@@ -14,8 +14,7 @@ from femflex.body.symmetric import hessian
 from femflex.reduction.admissible import beam_body
 from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
 from femflex.reduction.static_buckling.applied_load import FIELD
-from femflex.reduction.static_buckling.few_shapes import lowest_of_few
-from femflex.reduction.static_buckling.lateral import lateral_share
+from femflex.reduction.static_buckling.lateral import lateral_share, lowest_of_few
 
 POLYNOMIALS = 6  # polynomials of each field: error of 1e-4 in the lateral-torsional buckling load of a cantilever
 THIN_SECTION = 1e-4  # radius of gyration over length of a section without rotary inertia

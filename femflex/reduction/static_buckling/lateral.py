@@ -14,11 +14,15 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy import linalg
 
 from femflex.arrays import Array
 from femflex.fem.beam.strain import BeamStrain
 from femflex.fem.internal_force import InternalForce
 from femflex.fem.structure import Structure
+
+STIFF = 1e3  # stiffness that fixes a marker, over the sum of that of all coordinates
+ROUNDING = 1e-9  # magnitude of an eigenvalue below which it is zero
 
 
 def lateral_share(EI_1: Array | float, EI_2: Array | float, GJ: Array | float) -> Array:
@@ -51,3 +55,13 @@ def _with_share(block: BeamStrain) -> BeamStrain:
     elastic = block.elastic.copy()
     elastic[..., bending, :] = (axes * shares[..., None, :]) @ (axes.swapaxes(-1, -2) @ elastic[..., bending, :])
     return replace(block, elastic=elastic)
+
+
+def lowest_of_few(K_sigma: Array, K: Array, constraint: Array | None) -> tuple[float, Array]:
+    """Lowest eigenvalue mu [1] of K_sigma x = mu (K + C) x, 0 within rounding, and its shape x (n,), x.(K + C) x = 1.
+
+    All matrices (n, n) [N/m, N, N m]; C is the constraint, taken as stiff.
+    """
+    K = K if constraint is None else K + STIFF * np.trace(K) / np.trace(constraint) * constraint
+    mu, x = linalg.eigh(K_sigma, K, subset_by_index=[0, 0])
+    return float(mu[0]) if abs(mu[0]) > ROUNDING else 0.0, x[:, 0]

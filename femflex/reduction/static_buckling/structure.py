@@ -18,9 +18,8 @@ from femflex.reduction.boundary.supported import Supported, supported
 from femflex.reduction.inertia.accelerations import loads_of_linear_accelerations
 from femflex.reduction.large_deflection.load_path import largest_displacement
 from femflex.reduction.modes.buckling import roughly_lowest
-from femflex.reduction.modes.modeset import ModeSet
-from femflex.reduction.static_buckling.few_shapes import lowest_of_few
-from femflex.reduction.static_buckling.lateral import buckling_force
+from femflex.reduction.modes.vibration import ModeSet
+from femflex.reduction.static_buckling.lateral import buckling_force, lowest_of_few
 
 STIFF = 1e3  # stiffness that fixes a marker, over the largest of a dof
 BASIS_SHAPES = 12  # shapes that select the worst instant

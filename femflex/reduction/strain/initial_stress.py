@@ -15,7 +15,7 @@ from femflex.reduction.boundary.clamps import Groups, held_dofs
 from femflex.reduction.boundary.rigid import RIGID
 from femflex.reduction.boundary.supported import unstressed
 from femflex.reduction.limits import LEAST_REMAINING_STRESS, LOST_BY_RELAXATION, MOVED_BY_RELAXATION, SMALL_STRAIN
-from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.modes.vibration import ModeSet
 from femflex.reduction.preload.equilibrium import is_known, static_equilibrium
 from femflex.warning import PhysicsWarning
 

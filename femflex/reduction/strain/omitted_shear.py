@@ -24,7 +24,7 @@ from femflex.fem.relaxed import RelaxedStrain
 from femflex.fem.structure import Structure
 from femflex.mesh.cells import CELL_TYPES
 from femflex.reduction.limits import JUDGED_MODES, OMITTED_SHEAR, SMOOTH_ANGLE
-from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.modes.vibration import ModeSet
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:

@@ -20,8 +20,8 @@ from femflex.body import FlexibleBody
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.inertia.accelerations import loads_of_linear_accelerations
-from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.statics import static_response
+from femflex.reduction.modes.vibration import ModeSet
 
 REPRESENTED = 1e-8  # residual share of a response's strain energy, below which the coordinates represent it
 

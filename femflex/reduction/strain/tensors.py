@@ -23,7 +23,7 @@ from femflex.fem.structure import Structure
 from femflex.fem.tables import StrainBlock, element_chunks
 from femflex.memory import require_memory
 from femflex.reduction.inertia.moments import linear_stiffness
-from femflex.reduction.strain import small_strains, strain_kernel
+from femflex.reduction.strain import strain_kernel
 
 ROOM = 1_000_000  # doubles of a chunk's columns: large enough for fast products, small enough for the cache
 MOST_BYTES = 2e9  # of the products of pairs; some 170 shapes
@@ -127,7 +127,7 @@ def strain_columns(block: StrainBlock, raw: Array, small: bool, room: Array | No
     needed = 1 + np.flatnonzero(linear.any(axis=(0, 1, 2)) | Q.any(axis=(0, 1)))[-1]
     g = block.gradients(raw, slice(None), needed)
     e, q = g.shape[:2]
-    by_row = np.ascontiguousarray(g.reshape(e * q, needed, n).transpose(1, 2, 0))
+    by_row: Array = np.ascontiguousarray(g.reshape(e * q, needed, n).transpose(1, 2, 0))
     shape = (n + n * (n + 1) // 2, len(strains), e * q)
     X = np.empty(shape) if room is None or room.size < prod(shape) else room[: prod(shape)].reshape(shape)
     uniform = linear.shape[:2] == (1, 1)
@@ -137,11 +137,11 @@ def strain_columns(block: StrainBlock, raw: Array, small: bool, room: Array | No
         X[:n] = np.matmul(linear[..., :needed], g).reshape(e * q, -1, n).transpose(2, 1, 0)
     X[:n] *= np.sqrt(block.weight).ravel()
     by_row *= block.weight.ravel() ** 0.25
-    method = small_strains if small else strain_kernel
-    method.fill_pairs(X[n:], by_row, *nonzero_entries(np.tensordot(root[0, 0].T, Q, axes=1) if uniform else Q))
+    fill, mix = (_fill_few_pairs, _mix_few_strains) if small else (strain_kernel.fill_pairs, strain_kernel.mix_strains)
+    fill(X[n:], by_row, *nonzero_entries(np.tensordot(root[0, 0].T, Q, axes=1) if uniform else Q))
     if not uniform:
         root = np.broadcast_to(root, (e, q, *root.shape[2:])).reshape(e * q, *root.shape[2:])
-        method.mix_strains(X[n:], root.transpose(1, 2, 0).copy())
+        mix(X[n:], np.ascontiguousarray(root.transpose(1, 2, 0), float))
     return X
 
 
@@ -210,3 +210,19 @@ def side_by_side(work: Callable[[Iterator[slice]], Array], chunks: Sequence[slic
             return np.sum([part.result() for part in parts], axis=0)
         finally:
             stop.set()
+
+
+def _fill_few_pairs(out: Array, g: Array, strain: IntArray, row: IntArray, column: IntArray, value: Array) -> None:
+    """Fill out (n(n+1)/2, s, p) as `strain_kernel.fill_pairs` does, by numpy: faster for small bodies."""
+    first, n = 0, g.shape[1]
+    for i in range(n):
+        left = value[:, None] * g[row, i]
+        for q in range(out.shape[1]):
+            entries = strain == q
+            out[first : first + n - i, q] = np.einsum("kp,kjp->jp", left[entries], g[column[entries], i:])
+        first += n - i
+
+
+def _mix_few_strains(out: Array, root: Array) -> None:
+    """Replace strains out (n_pairs, s, p) by root^T times them, root (s, s, p), as `strain_kernel.mix_strains` does."""
+    out[:] = np.einsum("qrp,nqp->nrp", root, out)
