@@ -1,0 +1,1 @@
+"""Reports: a page of a run or a study with its pictures, plots and tables, in one file."""

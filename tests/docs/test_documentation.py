@@ -62,6 +62,11 @@ def test_the_stored_reference_is_that_of_the_program(name: str, generated: Calla
     assert generated(name) == stored(name), "docs/reference is stale: run python docs/generate/reference.py"
 
 
+def test_the_map_of_the_packages_is_that_of_the_tree(generated: Callable[[str], str]):
+    guide = (TOP / "docs" / "developers.md").read_text(encoding="utf-8")
+    assert generated("developers") == guide, "the map is stale: run python docs/generate/developers.py"
+
+
 def test_every_table_of_a_case_has_an_example():
     sections = re.split(r"^#+ (.*)$", stored("case_keys"), flags=re.MULTILINE)[1:]
     without = [name for name, text in zip(sections[::2], sections[1::2], strict=True) if "```toml" not in text]

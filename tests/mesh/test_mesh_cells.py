@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import skfem
 
 from femflex.mesh import annulus, box, check, line, rectangle
 from femflex.mesh.cells import CELL_TYPES, EDGES, FACES
@@ -219,3 +220,22 @@ def test_faces_of_box_belong_to_solids(cell):
             for face in faces:
                 inside = np.isin(mesh.cells[cell], face).sum(axis=1) == len(face)
                 assert inside.sum() == 1
+
+
+@pytest.mark.parametrize(
+    ("cell", "element"),
+    [
+        ("line", skfem.ElementLineP1), ("line3", skfem.ElementLineP2), ("triangle", skfem.ElementTriP1),
+        ("triangle6", skfem.ElementTriP2), ("quad", skfem.ElementQuad1), ("quad8", skfem.ElementQuadS2),
+        ("quad9", skfem.ElementQuad2), ("tetra", skfem.ElementTetP1), ("tetra10", skfem.ElementTetP2),
+        ("hexahedron", skfem.ElementHex1), ("hexahedron20", skfem.ElementHexS2), ("hexahedron27", skfem.ElementHex2),
+        ("wedge", skfem.ElementWedge1),
+    ],
+)  # fmt: skip
+def test_shape_functions_are_those_of_scikit_fem(cell, element):
+    kind, other = CELL_TYPES[cell], element()
+    at = np.random.default_rng(4).uniform(0.0, 0.3, (7, kind.dimension))
+    order = [int(np.abs(other.doflocs - node).sum(axis=1).argmin()) for node in kind.nodes]
+    values, gradients = zip(*(other.lbasis(at.T, k) for k in order), strict=True)
+    assert kind.interpolation(at) == pytest.approx(np.array(values).T, abs=1e-14)
+    assert kind.gradients(at) == pytest.approx(np.moveaxis(gradients, (0, 1), (1, 2)), abs=1e-14)
