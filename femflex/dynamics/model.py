@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from femflex.arrays import Array, IntArray
-from femflex.dynamics.calls import SecondOrderCalls
 from femflex.dynamics.clock import Clock
-from femflex.dynamics.constraints import equations as constrained
 from femflex.dynamics.constraints.assemble import assembled
 from femflex.dynamics.constraints.constrained import Constraints, build_constraints
+from femflex.dynamics.constraints.equations import project
+from femflex.dynamics.constraints.free_lengths import link_free_lengths
 from femflex.dynamics.effectors.events import AllEvents, StateEvents
 from femflex.dynamics.effectors.states import (
     check_distances,
@@ -24,21 +24,48 @@ from femflex.dynamics.effectors.states import (
     with_starts,
 )
 from femflex.dynamics.force_terms import force_terms
+from femflex.dynamics.implicit.correction import correct
+from femflex.dynamics.implicit.residual import residual, solve
+from femflex.dynamics.joints.coordinates import advance, kinematic
 from femflex.dynamics.joints.switching import switch
 from femflex.dynamics.latches import Latches
 from femflex.dynamics.linear.motion_scale import highest_frequency, motion_scales
 from femflex.dynamics.lowering.constraints import characteristic_length
 from femflex.dynamics.lowering.layout import BALL_QUATERNION, body_records
 from femflex.dynamics.lowering.lower import lower
-from femflex.dynamics.motion import equations
+from femflex.dynamics.motion.equations import rate
 from femflex.dynamics.reports.diagnosis import diagnosis
 from femflex.dynamics.reports.report import Channels, Observation
 from femflex.dynamics.terms.by_source import SWITCHED, terms
-from femflex.dynamics.terms.without import resolve_name, with_reduced_equations, without_named, without_reactions
+from femflex.dynamics.terms.without import resolve_name, without_named, without_reactions, without_terms
 from femflex.dynamics.user_functions import check_user_functions
 from femflex.dynamics.workspace import Workspace
 from femflex.summary import Rows, Summarised, listed
 from femflex.system import Channel, LengthTable, System
+
+
+@dataclass(frozen=True)
+class SecondOrderCalls:
+    """The second-order calls over a model's own arrays, each compiled when it is first called.
+
+    refusal  why implicit integrators cannot solve the model; "" where they can
+    """
+
+    n_q: int
+    n_u: int
+    n_z: int = 0
+    refusal: str = ""
+    kinematic: Any = field(default=kinematic)
+    advance: Any = field(default=advance)
+    solve: Any = field(default=solve)
+    residual: Any = field(default=residual)
+
+    @property
+    def correct(self) -> Any:
+        """The call of signature CORRECT. Raises ValueError with the refusal."""
+        if self.refusal:
+            raise ValueError(self.refusal)
+        return correct
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -67,7 +94,7 @@ class Model(Summarised):
     breaks: Array
     renormalise: IntArray
     all_channels: Channels
-    rate: Any = field(default=equations.rate)
+    rate: Any = field(default=rate)
     omitted: tuple[str, ...] = ()
     constraints: Constraints | None = None
     project: Any = None
@@ -101,9 +128,10 @@ class Model(Summarised):
 
     def for_run(self) -> Model:
         """The same model with scratch arrays of its own, for one run."""
-        return self._with_workspace(self.workspace.new_scratch())
+        return self.with_workspace(self.workspace.new_scratch())
 
-    def _with_workspace(self, workspace: Workspace) -> Model:
+    def with_workspace(self, workspace: Workspace) -> Model:
+        """The same model with other arrays."""
         constraints = None if self.constraints is None else replace(self.constraints, workspace=workspace)
         return replace(self, workspace=workspace, constraints=constraints)
 
@@ -124,8 +152,13 @@ class Model(Summarised):
     @cached_property
     def second_order(self) -> SecondOrderCalls:
         """The calls of implicit integrators and studies."""
-        free, constrained = tuple(free_lengths(self.system)), self.constraints is not None
-        return SecondOrderCalls(self.n_q, self.n_u, self.n_z, self.reduced, free, constrained)
+        free, reason = free_lengths(self.system), ""
+        if free and self.constraints is not None:
+            reason = "the system has loops or constraints, which implicit integrators cannot do together"
+        elif free and self.reduced:
+            reason = "terms of its equations are left out (`without`), which implicit integrators cannot do"
+        text = f"body {free[0]!r} has a free length, and {reason}; set integrator = 'dop853'" if reason else ""
+        return SecondOrderCalls(self.n_q, self.n_u, self.n_z, text)
 
     @cached_property
     def reduced(self) -> bool:
@@ -230,7 +263,7 @@ class Model(Summarised):
         model = compile_system(without_reactions(system, omitted))
         if self.constraints is not None and model.n_x == self.n_x:
             model = replace(model, x0=self.x0)  # closed loops start where they did
-        return with_reduced_equations(model, omitted)
+        return without_terms(model, omitted)
 
     def diagnosis(self, t: float, x: Array, infeasible: bool = False) -> tuple[str, Exception | None]:
         """Return a sentence on a state at which a run ended, and the exception behind it."""
@@ -263,6 +296,8 @@ def compile_system(system: System) -> Model:
     if problems := sensor_problems(system, reported) + threshold_problems(system, reported):
         raise ValueError("\n".join(problems))
     table, pool, scratch = lower(system, force_terms())
+    if free_lengths(system):
+        link_free_lengths(table)
     n_q = len(system.coordinate_names())
     n_u, n_z = len(system.velocity_names()), len(system.state_names())
     quadruples = [int(b["q"] + b["n_slide"]) for b in body_records(table)[1:] if b["ball"] == BALL_QUATERNION]
@@ -279,7 +314,6 @@ def compile_system(system: System) -> Model:
         breaks=np.unique(np.concatenate(knots)) if knots else np.zeros(0),
         renormalise=np.array(quadruples, np.int64),
         all_channels=channels,
-        rate=constrained.rate if free_lengths(system) else equations.rate,
     )
     model = with_starts(with_constraints(tree) if system.loops or system.constraints else tree)
     check_distances(model)
@@ -298,13 +332,12 @@ def with_constraints(tree: Model) -> Model:
 
     Raises ValueError for a loop that cannot close.
     """
-    constraints = build_constraints(tree.system, tree.workspace, tree.n_q, tree.n_u, tree.second_order.kinematic)
+    constraints = build_constraints(tree.system, tree.workspace, tree.n_q, tree.n_u)
     x0 = assembled(constraints, tree.x0, characteristic_length(tree.system), tree.mass_matrix)
     tree.workspace.store_numbers()  # what play was taken up, and which pivots are lost
     return replace(
         tree,
         constraints=constraints,
         x0=x0,
-        rate=constrained.rate,
-        project=constrained.project,
+        project=project,
     )

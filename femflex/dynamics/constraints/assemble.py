@@ -13,9 +13,9 @@ from femflex.dynamics.constraints.conflicts import competing_motions_text, flat_
 from femflex.dynamics.constraints.constrained import Constraints
 from femflex.dynamics.constraints.constraint_violation import OPENING_RATE
 from femflex.dynamics.constraints.singular_passage import start_pivots
+from femflex.dynamics.joints.coordinates import advance
 from femflex.dynamics.lowering import constraint_layout as layout
 from femflex.dynamics.lowering.constraints import characteristic_length
-from femflex.dynamics.motion.second_order import advance
 from femflex.system import System
 from femflex.system.system import kept_coordinates
 

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +13,11 @@ from numpy.typing import NDArray
 from femflex.arrays import Array
 from femflex.dynamics.constraints import equations as calls
 from femflex.dynamics.constraints.user import Rows
+from femflex.dynamics.joints.coordinates import kinematic
 from femflex.dynamics.lowering import constraint_layout as layout
 from femflex.dynamics.lowering.constraints import dependence_limit
 from femflex.dynamics.lowering.layout import HEADER, N_HEADER, W_CIN, body_records
+from femflex.dynamics.motion.equations import rate
 from femflex.dynamics.workspace import ModelArrays, Workspace
 from femflex.system import System
 
@@ -26,7 +27,6 @@ class Constraints:
     """Loops and nonholonomic constraints of a compiled system.
 
     workspace  the arrays of the model's calls
-    rate   call of the constrained model: its rate leaves multipliers in the rows
     users  functions of general rows, kept alive
     """
 
@@ -34,7 +34,6 @@ class Constraints:
     workspace: Workspace
     n_q: int
     n_u: int
-    rate: Any
     users: tuple[Rows, ...] = ()
 
     @property
@@ -135,7 +134,7 @@ class Constraints:
         positions = [int(b["work"]) + W_CIN for b in body_records(self.arrays[0])]
         turns, dx = np.empty((n_t, len(positions), 3, 3)), np.empty(states.shape[1])
         for j in range(n_t):
-            self.rate(float(times[j]), np.ascontiguousarray(states[j], float), dx, *self.arrays)
+            rate(float(times[j]), np.ascontiguousarray(states[j], float), dx, *self.arrays)
             self._raise_errors()
             udot[j], rows[j], rank[j] = dx[self.n_q : self.n_q + self.n_u], self.rows(), self.rank()
             turns[j] = [work[offset : offset + 9].reshape(3, 3) for offset in positions]
@@ -226,8 +225,9 @@ class Constraints:
         return next(name for name in self.names if self.rows_of(name).start <= row < self.rows_of(name).stop)
 
 
-def build_constraints(system: System, workspace: Workspace, n_q: int, n_u: int, kinematic: Any) -> Constraints:
-    """The constraints of a lowered system, addresses of user functions filled in."""
+def build_constraints(system: System, workspace: Workspace, n_q: int, n_u: int) -> Constraints:
+    """The constraints of a lowered system, addresses of the functions of its rows filled in."""
+    workspace.table[:N_HEADER].view(HEADER)[0]["constrain"] = calls.constrain.address
     records, users = layout.constraint_records(workspace.table), []
 
     def rates(q: Array, u: Array) -> Array:
@@ -239,4 +239,4 @@ def build_constraints(system: System, workspace: Workspace, n_q: int, n_u: int, 
         if c.function is not None:
             users.append(Rows(c.name, c.function, c.n_rows, n_q, n_u, rates))
             record["function"] = users[-1].address
-    return Constraints(system, workspace, n_q, n_u, calls.rate, tuple(users))
+    return Constraints(system, workspace, n_q, n_u, tuple(users))

@@ -1,7 +1,4 @@
-"""The equations of motion (9) with A u = b, and with free lengths: rate of the state, and projection onto constraints.
-
-Models without either use femflex.dynamics.motion.equations instead and never load this.
-"""
+"""Multipliers of A u = b that the accelerations take, and projection of a state onto the constraints."""
 
 from __future__ import annotations
 
@@ -9,21 +6,20 @@ import math
 
 from femflex.arrays import Array, Table
 from femflex.dynamics.constraints.constraint_violation import constraint_violation
-from femflex.dynamics.constraints.free_lengths import write_imbalance
 from femflex.dynamics.constraints.multipliers import factorise_products, multipliers
 from femflex.dynamics.constraints.row_reduction import whiten_rows, write_response
 from femflex.dynamics.constraints.rows import row_of, write_rows, write_targets
-from femflex.dynamics.forces.system import clear_all_joint_forces, clear_forces, write_forces
-from femflex.dynamics.joints.coordinates import advance_coordinates, coordinate_rates
-from femflex.dynamics.joints.prescribed_motion import add_known_accelerations, prescribed_state
+from femflex.dynamics.forces.system import clear_forces
+from femflex.dynamics.joints.coordinates import advance_coordinates
+from femflex.dynamics.joints.prescribed_motion import prescribed_state
 from femflex.dynamics.lowering import constraint_layout as layout
 from femflex.dynamics.lowering.constraint_layout import closing_of, constraint_of
 from femflex.dynamics.lowering.layout import body_of, header_of, hold_of
-from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states, write_auxiliary_rates
-from femflex.dynamics.motion.equations import RATE, place_bodies
-from femflex.dynamics.motion.free_lengths import solve_lengths, write_length_rates, write_unit_blocks
-from femflex.dynamics.motion.recursion import accelerate, reduce_to_root
+from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states
+from femflex.dynamics.motion.equations import CONSTRAIN, place_bodies
+from femflex.dynamics.motion.recursion import reduce_to_root
 from femflex.kernels.compiled import inner, kernel
+from femflex.kernels.entries import entry
 from femflex.kernels.lanes import offset, pointer
 from femflex.kernels.symbols import types
 
@@ -43,74 +39,19 @@ def constraint_response(table: Table, work: Array, stiff: bool) -> Array:
     return step
 
 
-@inner
-def solve_motion(t: float, q: Array, u: Array, udot: Array, table: Table, pool: Array, work: Array) -> None:
-    """udot and the rows' multipliers: M udot + h = Q + A^T lambda, A udot = bdot - Adot u."""
-    is_constrained = closing_of(table)["n_constraints"] > 0
-    place_bodies(t, q, u, table, pool, work)
-    if is_constrained:
-        clear_all_joint_forces(table, work)
-    write_forces(t, q, u, table, pool, work)
-    if header_of(table)["n_holds"] > 0:
-        add_known_accelerations(table, work)
-    reduce_to_root(table, pool, work, 0.0, 0.0, is_constrained)
-    accelerate(table, work, udot, is_constrained)
-    if is_constrained:
-        constrain(t, q, u, udot, table, pool, work, False)
-
-
-@inner
-def constrain(t: float, q: Array, u: Array, udot: Array, table: Table, pool: Array, work: Array, stiff: bool) -> None:
+@entry(CONSTRAIN)
+def constrain(t: float, q: Array, u: Array, udot: Array, stiff: int, table: Table, pool: Array, work: Array) -> None:
     """Correct the free accelerations udot by the multipliers that make up the deficit in every row.
 
-    stiff: the recursion was that of an implicit step.
+    stiff: 1 where the recursion was that of an implicit step.
     """
     write_rows(t, q, u, table, pool, work)
     write_targets(udot, table, work)
-    add_constraint_response(udot, table, pool, work, stiff)
-
-
-@inner
-def add_constraint_response(udot: Array, table: Table, pool: Array, work: Array, stiff: bool) -> None:
-    """Add to udot the response to the multipliers of the rows' right sides, with the recursion's factors."""
-    whiten_rows(table, work, stiff)
+    whiten_rows(table, work, stiff == 1)
     factorise_products(table, pool, work)
-    step = constraint_response(table, work, stiff)
+    step = constraint_response(table, work, stiff == 1)
     for k in range(header_of(table)["n_u"]):
         udot[k] += step[k]
-
-
-@kernel(RATE)
-def rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
-    """dx/dt of the state x = (q, u, z): qdot = N(q) u, udot of the constrained system, and zdot.
-
-    The force F on a free length stands in z for the rate of its speed. For given accelerations of the lengths the model
-    is one of specified lengths, and what their drums need is affine in these, so that one trial for each and one more
-    find them: drum force(Lddot) + drum mass Lddot = F.
-    """
-    records, numbers, scratch = pointer(table), pointer(pool), pointer(work)
-    head = header_of(records)
-    q, u, dq, udot = pointer(x), offset(x, head["n_q"]), pointer(dx), offset(dx, head["n_q"])
-    n, slots = head["n_free"], head["z"] + head["n_z"]
-    copy_auxiliary_states(u, records, scratch)
-    if n > 0:
-        write_unit_blocks(records, numbers, scratch)
-    if head["n_holds"] > 0:
-        q, u = prescribed_state(t, q, u, records, numbers, scratch)
-    trials = n + 1 if n > 0 else 0  # none first, then each alone
-    for trial in range(trials + 1):
-        if trial < trials:
-            for k in range(n):
-                scratch[slots + k] = 1.0 if k + 1 == trial else 0.0
-        elif n > 0:
-            solve_lengths(records, scratch)
-        solve_motion(t, q, u, udot, records, numbers, scratch)
-        if trial < trials:
-            write_imbalance(t, q, u, udot, n if trial == 0 else trial - 1, records, numbers, scratch)
-    write_auxiliary_rates(offset(udot, head["n_u"]), records, scratch)
-    write_length_rates(offset(udot, head["n_u"]), records, numbers, scratch)
-    for i in range(1, head["n_bodies"]):
-        coordinate_rates(body_of(records, i), q, u, dq, numbers)
 
 
 @inner

@@ -1,7 +1,16 @@
-"""Work of constraints on deploying bodies of free length, and the force that each of these lacks.
+"""Free lengths of deploying bodies: the forces that they lack, and the accelerations at which they lack none.
 
+The length L and its rate U are states of an effector, which gives the force F on the length in place of a rate of U.
 For given accelerations of the lengths the model is one of specified lengths, whose multipliers follow, and with them
-what loops do at the members' own markers. The force that each drum needs is affine in these accelerations.
+what loops do at the members' own markers. The force that the drums need is affine in these accelerations, so one trial
+for each and one more find them:
+
+    drum force(Lddot) + drum mass Lddot = F
+
+In Newton's correction the step of bodies and joints is affine in them likewise. What the drums lack in force is
+differenced along them, length and rate moving as the step moves them:
+
+    lack(Lddot + d) = 0,     L and U moved by c_d^2 d and c_d d
 """
 
 from __future__ import annotations
@@ -10,18 +19,52 @@ from femflex.arrays import Array, Record, Table
 from femflex.dynamics.bodies.shapes import markers_motion
 from femflex.dynamics.constraints.rows import push_rows, row_of
 from femflex.dynamics.forces.marker_forces import power_per_length
-from femflex.dynamics.forces.system import write_forces
 from femflex.dynamics.forces.work_per_length import clear_work_per_length
 from femflex.dynamics.lowering import constraint_layout as layout
+from femflex.dynamics.lowering.by_length import write_block
 from femflex.dynamics.lowering.constraint_layout import closing_of, constraint_of
-from femflex.dynamics.lowering.layout import VARIES, body_of, header_of
+from femflex.dynamics.lowering.layout import (
+    HEADER,
+    LENGTH_DRUM_MASS,
+    LENGTH_PICKUP,
+    LENGTH_SLOT,
+    LENGTH_STRAIN,
+    LENGTH_Z,
+    N_HEADER,
+    VARIES,
+    body_of,
+    header_of,
+)
 from femflex.dynamics.lowering.unit_block import WORKED
-from femflex.dynamics.motion.equations import place_bodies
-from femflex.dynamics.motion.free_lengths import write_imbalance_entries
+from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states, place_of_length
+from femflex.dynamics.motion.drum_force import drum_force, strain_force
+from femflex.dynamics.motion.equations import LENGTH_STEPS, LENGTHS, place_and_load
 from femflex.dynamics.motion.gathering import gather_residual
 from femflex.kernels.compiled import inner
+from femflex.kernels.entries import entry
 from femflex.kernels.lanes import offset
 from femflex.kernels.vectors import ZERO, add, load3, scale, turn_back
+
+STEP_RATIO = 1e-6  # of the rate of a length, by which it is differenced
+LEAST_RATE = 1e-3  # of the length [1/s], added to its rate for this
+
+
+def link_free_lengths(table: Table) -> None:
+    """Fill in the addresses of the functions that solve for free lengths."""
+    head = table[:N_HEADER].view(HEADER)[0]
+    head["solve_lengths"], head["step_lengths"] = solve_lengths.address, step_lengths.address
+
+
+@inner
+def write_unit_blocks(table: Table, pool: Array, work: Array) -> None:
+    """Write the block of a unit rate of the length of every body whose length is free."""
+    head = header_of(table)
+    for i in range(1, head["n_bodies"]):
+        b = body_of(table, i)
+        if b["free_length"]:
+            numbers = offset(pool, b["numbers"])
+            L = work[head["z"] + int(numbers[LENGTH_Z])]
+            write_block((L, 1.0, 0.0), numbers, offset(pool, b["unit"]))
 
 
 @inner
@@ -57,17 +100,140 @@ def add_constraint_work(table: Table, pool: Array, work: Array) -> None:
 
 
 @inner
-def write_imbalance(
-    t: float, q: Array, u: Array, udot: Array, column: int, table: Table, pool: Array, work: Array
-) -> None:
-    """Write the deficit of force [N] of each free length in a motion with accelerations udot (n_u,).
+def write_imbalance_entries(column: int, table: Table, pool: Array, work: Array) -> None:
+    """Write the deficit of force [N] of each free length at the state that was gathered last."""
+    head = header_of(table)
+    n, k = head["n_free"], 0
+    for i in range(1, head["n_bodies"]):
+        b = body_of(table, i)
+        if b["free_length"]:
+            numbers = offset(pool, b["numbers"])
+            z, slot = int(numbers[LENGTH_Z]), int(numbers[LENGTH_SLOT])
+            rate, acceleration = work[head["z"] + z + 1], work[head["z"] + slot]
+            pickup = b["unit"] + int(numbers[LENGTH_PICKUP]) if numbers[LENGTH_PICKUP] >= 0.0 else -1
+            imbalance = drum_force(i, rate, acceleration, pickup, table, pool, work)
+            if numbers[LENGTH_STRAIN] >= 0.0:
+                imbalance += strain_force(b, b["unit"] + int(numbers[LENGTH_STRAIN]), pool, work)
+            imbalance += numbers[LENGTH_DRUM_MASS] * acceleration - work[head["zdot"] + z + 1]
+            work[head["needs"] + (n + 1) * k + column] = imbalance
+            k += 1
 
-    Lengths accelerate as their slots say, and constraints have the multipliers that were solved for.
+
+@inner
+def write_imbalance(t: float, q: Array, u: Array, udot: Array, k: int, table: Table, pool: Array, work: Array) -> None:
+    """Write the deficit of force [N] of each free length in a motion with accelerations udot (n_u,), of trial k.
+
+    Lengths accelerate as their slots say, and constraints have the multipliers that were solved for. The first trial
+    stands in the last column.
     """
     clear_work_per_length(table, pool)
-    place_bodies(t, q, u, table, pool, work)
-    write_forces(t, q, u, table, pool, work)
+    place_and_load(t, q, u, table, pool, work)
     push_rows(table, work)
     add_constraint_work(table, pool, work)
     gather_residual(udot, offset(work, header_of(table)["lack"]), table, pool, work)
-    write_imbalance_entries(column, table, pool, work)
+    write_imbalance_entries(k - 1 if k > 0 else int(header_of(table)["n_free"]), table, pool, work)
+
+
+@inner
+def solve_dense(a: Array, n: int) -> None:
+    """Solve A x = b for [A | b] (n, n + 1) in place, A with a positive definite part; x in the last column."""
+    for k in range(n):
+        for i in range(k + 1, n):
+            factor = a[(n + 1) * i + k] / a[(n + 1) * k + k]
+            for j in range(k, n + 1):
+                a[(n + 1) * i + j] -= factor * a[(n + 1) * k + j]
+    for k in range(n - 1, -1, -1):
+        for j in range(k + 1, n):
+            a[(n + 1) * k + n] -= a[(n + 1) * k + j] * a[(n + 1) * j + n]
+        a[(n + 1) * k + n] /= a[(n + 1) * k + k]
+
+
+@inner
+def solve_accelerations(table: Table, work: Array) -> None:
+    """Put the accelerations [m/s^2] at which no free length lacks force into their slots."""
+    head = header_of(table)
+    n, needs, slots = head["n_free"], head["needs"], head["z"] + head["n_z"]
+    for i in range(n):
+        row = needs + (n + 1) * i
+        for k in range(n):
+            work[row + k] -= work[row + n]
+        work[row + n] = -work[row + n]
+    solve_dense(offset(work, needs), n)
+    for k in range(n):
+        work[slots + k] = work[needs + (n + 1) * k + n]
+
+
+@entry(LENGTHS)
+def solve_lengths(t: float, k: int, q: Array, u: Array, udot: Array, table: Table, pool: Array, work: Array) -> None:
+    """Set the accelerations of the free lengths for solution k: none, each alone, and those at which no force lacks."""
+    head = header_of(table)
+    n, slots = head["n_free"], head["z"] + head["n_z"]
+    if k == 0:
+        write_unit_blocks(table, pool, work)
+    else:
+        write_imbalance(t, q, u, udot, k - 1, table, pool, work)
+    if k > n:
+        solve_accelerations(table, work)
+    else:
+        for j in range(n):
+            work[slots + j] = 1.0 if j + 1 == k else 0.0
+
+
+@inner
+def trial_step(z: Array, place: int, c_d: float) -> float:
+    """Change of the acceleration of a length by which the lack of force is differenced."""
+    return STEP_RATIO * (abs(z[place + 1]) + LEAST_RATE * abs(z[place])) / c_d if c_d > 0.0 else 1.0
+
+
+@inner
+def solve_length_changes(z: Array, zdot: Array, c_d: float, table: Table, pool: Array, work: Array) -> None:
+    """Solve for the changes of the lengths' accelerations from their lack of force as they are and after trial steps.
+
+    They are left in the last column of `needs`, and the accelerations in their slots.
+    """
+    head = header_of(table)
+    n, needs, slots = head["n_free"], head["needs"], head["z"] + head["n_z"]
+    for k in range(n):
+        step = trial_step(z, place_of_length(k, table, pool), c_d)
+        for i in range(n):
+            row = needs + (n + 1) * i
+            work[row + k] = (work[row + k] - work[row + n]) / step
+    for k in range(n):
+        work[needs + (n + 1) * k + n] = -work[needs + (n + 1) * k + n]
+    solve_dense(offset(work, needs), n)
+    for k in range(n):
+        work[slots + k] = zdot[place_of_length(k, table, pool) + 1] + work[needs + (n + 1) * k + n]
+
+
+@entry(LENGTH_STEPS)
+def step_lengths(
+    t: float, k: int, q: Array, v: Array, vdot: Array, out: Array, c_d: float, table: Table, pool: Array, work: Array
+) -> None:
+    """Set the accelerations of the free lengths for solution k: as given, each a step further, and as solved for.
+
+    v and vdot are (u, z) and their rates; the length that a trial moves is put back by the next one.
+    """
+    head = header_of(table)
+    n, slots, kept = head["n_free"], head["z"] + head["n_z"], head["needs"] + head["n_free"] * (head["n_free"] + 1)
+    z, zdot = offset(v, head["n_u"]), offset(vdot, head["n_u"])
+    if k > 0:
+        held = head["n_holds"] > 0
+        q_now, u_now = offset(work, head["held_q"]) if held else q, offset(work, head["held_u"]) if held else v
+        write_imbalance(t, q_now, u_now, out, k - 1, table, pool, work)
+    if k > 1:
+        place = place_of_length(k - 2, table, pool)
+        z[place], z[place + 1] = work[kept], work[kept + 1]
+        work[slots + k - 2] -= work[kept + 2]
+    if k == 0:
+        for j in range(n):
+            work[slots + j] = zdot[place_of_length(j, table, pool) + 1]
+    elif k > n:
+        solve_length_changes(z, zdot, c_d, table, pool, work)
+    else:
+        place = place_of_length(k - 1, table, pool)
+        step = trial_step(z, place, c_d)
+        work[kept], work[kept + 1], work[kept + 2] = z[place], z[place + 1], step
+        z[place], z[place + 1] = z[place] + c_d * c_d * step, z[place + 1] + c_d * step
+        work[slots + k - 1] += step
+    copy_auxiliary_states(v, table, work)
+    write_unit_blocks(table, pool, work)

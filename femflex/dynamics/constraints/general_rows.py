@@ -5,7 +5,7 @@ from __future__ import annotations
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.constraints.contact_rows import put_values
 from femflex.dynamics.lowering import constraint_layout as layout
-from femflex.dynamics.lowering.layout import W_TAU, body_of, header_of
+from femflex.dynamics.lowering.layout import header_of
 from femflex.kernels.compiled import inner
 from femflex.kernels.entries import call_user
 from femflex.kernels.lanes import offset
@@ -33,14 +33,3 @@ def general_row_times(c: Record, k: int, v: Array, table: Table, work: Array) ->
     for j in range(n_u):
         total += work[c["general"] + k * n_u + j] * v[j]
     return total
-
-
-@inner
-def push_coordinates(forces: Array, table: Table, work: Array) -> None:
-    """Add generalised forces (n_u) to those of joints and shapes."""
-    for i in range(1, header_of(table)["n_bodies"]):
-        b = body_of(table, i)
-        for j in range(b["n_h"] - (3 if b["hidden"] else 0)):
-            work[b["work"] + W_TAU + j] += forces[b["u"] + j]
-        for j in range(b["n"]):
-            work[b["pn"] + j] -= forces[b["ue"] + j]

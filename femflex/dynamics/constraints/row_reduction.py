@@ -12,9 +12,8 @@ import math
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.bodies.columns import six_lanes, wrench_times_columns
 from femflex.dynamics.bodies.inertia import zero_forces
-from femflex.dynamics.constraints.general_rows import push_coordinates
 from femflex.dynamics.constraints.rows import push_row, row_of
-from femflex.dynamics.forces.system import clear_forces, clear_joint_forces
+from femflex.dynamics.forces.system import clear_forces, clear_joint_forces, push_coordinates
 from femflex.dynamics.lowering import constraint_layout as layout
 from femflex.dynamics.lowering.constraint_layout import closing_of, constraint_of
 from femflex.dynamics.lowering.layout import W_H, W_P, W_PIVOT, W_TAU, W_U, body_of, header_of

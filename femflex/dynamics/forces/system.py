@@ -56,3 +56,14 @@ def clear_forces(table: Table, work: Array) -> None:
         zero_forces(b, work)
         put_pair(work, b["work"] + W_BIAS, zero_pair())
         clear_joint_forces(b, work)
+
+
+@inner
+def push_coordinates(forces: Array, table: Table, work: Array) -> None:
+    """Add generalised forces (n_u) to those of joints and shapes."""
+    for i in range(1, header_of(table)["n_bodies"]):
+        b = body_of(table, i)
+        for j in range(b["n_h"] - (3 if b["hidden"] else 0)):
+            work[b["work"] + W_TAU + j] += forces[b["u"] + j]
+        for j in range(b["n"]):
+            work[b["pn"] + j] -= forces[b["ue"] + j]

@@ -1,13 +1,25 @@
-"""Coordinates of joints and shapes: their rates from quasi-velocities, and their change by a finite motion."""
+"""Coordinates of joints and shapes: their rates from quasi-velocities, and their change by a finite motion.
+
+KINEMATIC    see femflex.integrate.protocol
+ADVANCE      out = q o exp(increment), (n_q,): where q is after unit time at the constant quasi-velocity `increment`
+             (n_u,); out is never q itself
+"""
 
 from __future__ import annotations
 
-from femflex.arrays import Array, Record
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.joints.ball import advance_ball, ball_rates
-from femflex.dynamics.lowering.layout import BALL_NONE, BALL_QUATERNION
-from femflex.kernels.compiled import inner
+from femflex.dynamics.lowering.layout import BALL_NONE, BALL_QUATERNION, body_of, header_of
+from femflex.kernels.compiled import inner, kernel
+from femflex.kernels.lanes import pointer
+from femflex.kernels.symbols import types
 from femflex.kernels.turns import quaternion_advanced, quaternion_rates
 from femflex.kernels.vectors import load3, load4, store4
+
+_vector = types.float64[::1]
+_own = (types.int64[::1], _vector, _vector)  # table, pool, work
+KINEMATIC = types.void(types.float64, _vector, _vector, _vector, *_own)
+ADVANCE = types.void(_vector, _vector, _vector, *_own)
 
 
 @inner
@@ -36,3 +48,19 @@ def advance_coordinates(b: Record, q: Array, step: Array, out: Array, pool: Arra
         advance_ball(b, q, load3(step, v), out, pool)
     for k in range(b["n"]):
         out[b["qe"] + k] = q[b["qe"] + k] + step[b["ue"] + k]
+
+
+@kernel(KINEMATIC)
+def kinematic(t: float, q: Array, u: Array, dq: Array, table: Table, pool: Array, work: Array) -> None:
+    """dq/dt = N(q) u."""
+    records = pointer(table)
+    for i in range(1, header_of(records)["n_bodies"]):
+        coordinate_rates(body_of(records, i), pointer(q), pointer(u), pointer(dq), pointer(pool))
+
+
+@kernel(ADVANCE)
+def advance(q: Array, increment: Array, out: Array, table: Table, pool: Array, work: Array) -> None:
+    """out = q o exp(increment): the coordinates after unit time at the constant quasi-velocity `increment` (n_u,)."""
+    records = pointer(table)
+    for i in range(1, header_of(records)["n_bodies"]):
+        advance_coordinates(body_of(records, i), pointer(q), pointer(increment), pointer(out), pointer(pool))

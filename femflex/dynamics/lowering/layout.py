@@ -45,16 +45,20 @@ HEADER = np.dtype(
             "orbit_state",  # work: radius, rate of O (3), C_NO (9), place, velocity, alpha of O (3), anomaly; craft (6)
             "angle_axes",  # pool: axis numbers of the reported attitude angles (3), C_QL (9)
             "total",  # work: centre of mass (3); uniform field, or that in which the centre of mass stays at O (3)
-            "kept",  # pool: 1 or 0 for every term of femflex.dynamics.terms.ledger; read by reduced models alone
+            "left_out",  # address of LEFT_OUT (femflex.dynamics.motion.equations), 0 where all terms act
+            "left_forces",  # work: (n_u,) that it writes, and its own room
+            "kept",  # pool: 1 or 0 for every row of femflex.dynamics.terms.rows; read by LEFT_OUT alone
             "n_holds", "holds",  # HOLD records and where in the table they begin
             "n_terms", "terms",  # TERM records and where in the table they begin
             "account",  # work (A_SIZE): see femflex.dynamics.forces.calls
             "held_q", "held_u",  # work (n_q,), (n_u,): the state with prescribed freedoms at their values
             "known", "flags", "drives",  # work (n_u,): their accelerations; 1 where held; forces that hold them
             "closing",  # table: where records of constraints begin (see constraint_layout)
+            "constrain",  # address of CONSTRAIN, 0 without constraints
             "n_varying",  # bodies whose properties depend on time
             "n_free",  # of these, ones whose length is free; their accelerations stand behind z
-            "lack", "needs",  # work (n_u,), (n_free, n_free + 1): for these accelerations, see free_lengths
+            "solve_lengths", "step_lengths",  # addresses of LENGTHS and LENGTH_STEPS, 0 without free lengths
+            "lack", "needs",  # work (n_u,), (n_free, n_free + 1) and 3: for these accelerations, see free_lengths
         )
     ]
 )  # fmt: skip
@@ -162,6 +166,7 @@ MARKER = np.dtype([(name, "i8") for name in ("body", "place", "shape", "spin", "
 ORBIT_NONE, ORBIT_SPECIFIED, ORBIT_FREE = 0, 1, 2
 FRAME_INERTIAL, FRAME_ORBITAL, FRAME_SPINNING = 0, 1, 2
 STAYS, BENDS, TURNS = 0, 1, 2  # a marker: not at all; by exp(psi delta); as a section of a beam (`section_turns`)
+LENGTH_Z, LENGTH_SLOT, LENGTH_PICKUP, LENGTH_STRAIN, LENGTH_DRUM_MASS = 8, 9, 10, 11, 12  # numbers of a LengthTable
 VARIES = 4  # added: its place and its rows change with time, and their rates stand behind them
 BALL_NONE, BALL_QUATERNION, BALL_ANGLES, BALL_EXTRINSIC, BALL_RODRIGUES, BALL_MODIFIED = 0, 1, 2, 3, 4, 5
 ENERGY_SPRING, ENERGY_LOAD, ENERGY_EFFECTOR = 0, 1, 2  # what the stored energy of a force term counts to

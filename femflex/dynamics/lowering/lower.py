@@ -67,7 +67,7 @@ def lower(system: System, terms: Sequence[LowerableTerm]) -> tuple[Table, Array,
     head[0]["n_varying"] = len(system.varying)
     head[0]["orbit_state"], head[0]["total"] = scratch.take(29), scratch.take(6)
     head[0]["z"], head[0]["zdot"] = scratch.take(len(states) + n_free), scratch.take(len(states))
-    head[0]["n_free"], head[0]["needs"] = n_free, scratch.take(n_free * (n_free + 1))
+    head[0]["n_free"], head[0]["needs"] = n_free, scratch.take(n_free * (n_free + 1) + 3)
     head[0]["lack"] = scratch.take(nu if n_free else 0)
     head[0]["moved_u"], head[0]["account"] = scratch.take(nu), scratch.take(N_ACCOUNT)
     lower_orbit(head[0], system, pool)

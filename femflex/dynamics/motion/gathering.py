@@ -5,18 +5,10 @@ from __future__ import annotations
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.bodies.columns import columns_times, six_lanes, wrench_times_columns
 from femflex.dynamics.bodies.elastic import write_rows
-from femflex.dynamics.bodies.inertia import accelerate_uniformly, zero_forces
+from femflex.dynamics.bodies.inertia import accelerate_uniformly
 from femflex.dynamics.bodies.slaves import write_tied_mass
-from femflex.dynamics.forces.calls import write_resistance
-from femflex.dynamics.joints.prescribed_motion import (
-    add_known_accelerations,
-    is_prescribed_now,
-    prescribed_state,
-)
 from femflex.dynamics.lowering.layout import W_ACC, W_BIAS, W_CIN, W_CIP, W_H, W_M, W_P, W_R, W_TAU, body_of, header_of
-from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states
-from femflex.dynamics.motion.equations import place_bodies
-from femflex.dynamics.motion.recursion import accelerate, carry_acceleration, reduce_to_root
+from femflex.dynamics.motion.recursion import carry_acceleration
 from femflex.kernels.compiled import inner
 from femflex.kernels.formula import formula
 from femflex.kernels.lanes import lane, plus, put_lane, totals, zero_lane
@@ -28,7 +20,6 @@ from femflex.kernels.pairs import (
     pair_of,
     put_pair,
     wrench_at_origin,
-    zero_pair,
 )
 from femflex.kernels.spatial import Rows, six_rows
 from femflex.kernels.vectors import ZERO, add, load3, load9, load_rows, scale, store3, turn, turn_back
@@ -134,46 +125,3 @@ def add_to_parent(b: Record, parent: Record, work: Array) -> None:
         for k in range(0, row, 4):
             entry = parent["pn"] + k
             put_lane(work, entry, lane(work, entry) + wrench_times_columns(force, six_lanes(work, b["Phi"] + k, row)))
-
-
-@inner
-def write_solution(
-    t: float,
-    q: Array,
-    rhs: Array,
-    out: Array,
-    c_m: float,
-    c_d: float,
-    c_k: float,
-    table: Table,
-    pool: Array,
-    work: Array,
-) -> None:
-    """out = (c_m M + c_d D + c_k K)^-1 rhs; the velocities handed to `place` only reach biases, which are cleared.
-
-    On prescribed freedoms the matrix is c_m times the unit matrix. K counts the stiffness of force terms; D leaves out
-    what these resist at a rate, which is not known here. The states stand behind rhs.
-    """
-    head = header_of(table)
-    copy_auxiliary_states(rhs, table, work)
-    if head["n_holds"] > 0:
-        q, _ = prescribed_state(t, q, rhs, table, pool, work)
-        for k in range(head["n_u"]):
-            work[head["known"] + k] = work[head["flags"] + k] * rhs[k] / c_m
-    place_bodies(t, q, rhs, table, pool, work)
-    if c_k != 0.0 and head["n_terms"] > 0:
-        write_resistance(t, q, rhs, 0.0, c_k / c_m, table, pool, work)
-    for i in range(1, head["n_bodies"]):
-        b = body_of(table, i)
-        w = b["work"]
-        zero_forces(b, work)
-        put_pair(work, w + W_BIAS, zero_pair())
-        for k in range(b["n_h"] - (3 if b["hidden"] else 0)):
-            prescribed = b["held"] and is_prescribed_now(b, k, work)
-            work[w + W_TAU + k] = 0.0 if prescribed else rhs[b["u"] + k] / c_m
-        for k in range(b["n"]):
-            work[b["pn"] + k] = -rhs[b["ue"] + k] / c_m
-    if head["n_holds"] > 0:
-        add_known_accelerations(table, work)
-    reduce_to_root(table, pool, work, c_d / c_m, c_k / c_m, True)
-    accelerate(table, work, out, True)

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.constraints.residual import residual
+from femflex.dynamics.implicit.residual import residual
 from femflex.dynamics.lowering.layout import (
     HEADER,
     N_HEADER,

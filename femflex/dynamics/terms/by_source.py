@@ -42,7 +42,7 @@ def terms(model: Model, times: Array, states: Array) -> dict[str, Array]:
     rows_by_name = {name: out[:, rows.index(name)] for name in present}
     if model.constraints is not None:
         rows_by_name |= model.constraints.forces(times, states)
-    if model.reduced or model.constraints is not None:  # what is left sets the forces that hold freedoms
+    if model.constraints is not None:  # what is left sets the forces that hold freedoms
         remaining = np.sum([row for name, row in rows_by_name.items() if not name.startswith(DRIVES)], axis=0)
         for joint, k, _, u in prescribed_places(model.system):
             rows_by_name[DRIVES + joint.freedom_names()[k]][:, u] = -remaining[:, u]

@@ -23,7 +23,7 @@ class EquationTerm:
     meaning   what it says
     present   whether a system has it
     without   the system without it; None where there is none
-    switched  whether the compiled equations leave it out instead (see femflex.dynamics.terms.reduced)
+    switched  whether the compiled equations leave it out instead (see `femflex.dynamics.terms.without`)
     """
 
     name: str

@@ -20,6 +20,7 @@ from femflex.dynamics.forces.system import clear_forces
 from femflex.dynamics.joints.prescribed_motion import prescribed_state
 from femflex.dynamics.lowering.layout import ORBIT_NONE, header_of
 from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states
+from femflex.dynamics.motion.equations import LEFT_OUT
 from femflex.dynamics.motion.gathering import gather_residual
 from femflex.dynamics.terms.force_rows import (
     write_drive_rows,
@@ -29,6 +30,7 @@ from femflex.dynamics.terms.force_rows import (
     write_term_rows,
 )
 from femflex.dynamics.terms.rows import (
+    FIRST_PRESCRIBED,
     FREE_UDOT,
     GRADIENT,
     INERTIA,
@@ -41,6 +43,7 @@ from femflex.dynamics.terms.rows import (
 )
 from femflex.dynamics.terms.velocity_rows import split_moving_mass, write_velocity_rows
 from femflex.kernels.compiled import inner, kernel
+from femflex.kernels.entries import entry
 from femflex.kernels.lanes import offset, pointer
 from femflex.kernels.symbols import types
 
@@ -62,6 +65,36 @@ def split_prescribed(u: Array, udot: Array, spare: Array, table: Table, work: Ar
 
 
 @inner
+def write_motion_rows(
+    t: float, q: Array, u: Array, rows: Array, spare: Array, table: Table, pool: Array, work: Array
+) -> None:
+    """Rows of the motion and of the gravity gradient: those that can be left out of the compiled equations."""
+    head = header_of(table)
+    write_velocity_rows(t, q, u, rows, spare, table, pool, work)
+    if head["orbit"] != ORBIT_NONE:
+        write_gravity_row(spare, offset(rows, GRADIENT * head["n_u"]), table, pool, work)
+    if head["n_holds"] > 0 or head["n_varying"] > 0:
+        split_moving_mass(t, q, u, rows, spare, table, pool, work)
+
+
+@entry(LEFT_OUT)
+def write_left_out(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
+    """Write the sum of the terms that `kept` leaves out; spare and rows stand behind it."""
+    head = header_of(table)
+    n_u, out = head["n_u"], offset(work, head["left_forces"])
+    spare, rows = offset(out, n_u), offset(out, (1 + SPARE) * n_u)
+    for k in range(FIRST_PRESCRIBED * n_u):
+        rows[k] = 0.0
+    split_prescribed(u, u, spare, table, work)
+    write_motion_rows(t, q, u, rows, spare, table, pool, work)
+    for k in range(n_u):
+        out[k] = 0.0
+        for i in range(FIRST_PRESCRIBED):
+            if pool[head["kept"] + i] == 0.0:
+                out[k] += rows[i * n_u + k]
+
+
+@inner
 def write_terms(
     t: float, q: Array, u: Array, udot: Array, rows: Array, spare: Array, table: Table, pool: Array, work: Array
 ) -> None:
@@ -78,17 +111,13 @@ def write_terms(
         write_drive_rows(t, q, u, rows, spare, table, pool, work)
     if head["n_terms"] > 0:
         write_term_rows(t, q, u, rows, spare, table, pool, work)
-    write_velocity_rows(t, q, u, rows, spare, table, pool, work)
+    write_motion_rows(t, q, u, rows, spare, table, pool, work)
     write_elastic_rows(q, u, rows, table, pool, work)
     write_joint_rows(q, u, rows, spare, table, pool, work)
     clear_forces(table, work)
     gather_residual(offset(spare, FREE_UDOT * n_u), offset(rows, INERTIA * n_u), table, pool, work)
-    if head["orbit"] != ORBIT_NONE:
-        write_gravity_row(spare, offset(rows, GRADIENT * n_u), table, pool, work)
     if head["weighs"]:
         write_gravity_row(spare, offset(rows, WEIGHT * n_u), table, pool, work)
-    if head["n_holds"] > 0 or head["n_varying"] > 0:
-        split_moving_mass(t, q, u, rows, spare, table, pool, work)
 
 
 @inner

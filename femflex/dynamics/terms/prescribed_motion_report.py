@@ -48,7 +48,7 @@ class PrescribedMotion(Report):
 
 def prescribing_forces(model: Model, times: Array, states: Array) -> Array:
     """Return the generalised forces (n_t, n_u) of prescribed freedoms [N, N m]; zero for the others."""
-    if model.reduced or model.constraints is not None:
+    if model.constraints is not None:
         rows = [row for name, row in terms(model, times, states).items() if name.startswith(DRIVES)]
         return -sum(rows, np.zeros((len(times), model.n_u)))
     out = np.empty((len(times), model.n_u))

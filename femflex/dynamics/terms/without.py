@@ -11,17 +11,17 @@ import numpy as np
 
 from femflex.body import FlexibleBody, StrainTensors
 from femflex.dynamics.force_terms import force_terms
-from femflex.dynamics.lowering.layout import HEADER, N_HEADER
+from femflex.dynamics.lowering.layout import HEADER, N_HEADER, body_records
 from femflex.dynamics.lowering.pool import aligned
 from femflex.dynamics.terms.by_source import (
     DRIVES,
     SWITCHED,
     TERMS,
-    ledger_rows,
     term_names,
 )
 from femflex.dynamics.terms.equation_terms import BY_NAME
-from femflex.dynamics.terms.reduced import reduced_rate
+from femflex.dynamics.terms.ledger import write_left_out
+from femflex.dynamics.terms.rows import FIRST_PRESCRIBED, SPARE
 from femflex.dynamics.workspace import Workspace
 from femflex.system import Effector, System
 from femflex.warning import PhysicsWarning
@@ -171,17 +171,17 @@ def rigid_copy(body: FlexibleBody) -> FlexibleBody:
     return replace(body.without_slaves().truncated(0), damping=np.zeros((0, 0)), foreshortening=None)
 
 
-def with_reduced_equations(model: Model, omitted: tuple[str, ...]) -> Model:
-    """Return the model with the compiled equations without these terms, where these leave them out."""
-    rows = ledger_rows(model.system)
+def without_terms(model: Model, omitted: tuple[str, ...]) -> Model:
+    """Return the model whose compiled equations leave out those of these terms that are not part of a system."""
     if not any(name in SWITCHED for name in omitted):
         return replace(model, omitted=omitted)
-    weights = [0.0 if name in SWITCHED and name in omitted else 1.0 for name in rows]
+    weights = [0.0 if name in SWITCHED and name in omitted else 1.0 for name in TERMS]
     original, table = model.workspace, model.table.copy()
     numbers = aligned(len(original.numbers) + len(weights))
     numbers[:] = np.concatenate([original.numbers, weights])
-    table[:N_HEADER].view(HEADER)[0]["kept"] = len(original.numbers)
-    workspace = Workspace(table, numbers, original.n_work, original.varies)
-    model = replace(model, workspace=workspace, omitted=omitted)
-    tied = model.constraints and replace(model.constraints, workspace=workspace, rate=reduced_rate)
-    return replace(model, rate=reduced_rate, constraints=tied)
+    head, bodies = table[:N_HEADER].view(HEADER)[0], body_records(table)
+    head["kept"], head["left_out"], head["left_forces"] = len(original.numbers), write_left_out.address, original.n_work
+    bodies["sprung"], bodies["full"] = 1, 0  # forces act along all joints
+    room = (1 + SPARE + FIRST_PRESCRIBED) * model.n_u
+    model = replace(model, omitted=omitted)
+    return model.with_workspace(Workspace(table, numbers, original.n_work + room, original.varies))

@@ -11,16 +11,24 @@ from femflex.arrays import Array, Record, Table
 from femflex.dynamics.bodies.elastic import write_elastic_block, write_rows
 from femflex.dynamics.bodies.stiffening import add_varying_force
 from femflex.dynamics.forces.calls import apply_terms, call_relax, write_resistance
-from femflex.dynamics.forces.system import clear_all_joint_forces, write_forces
 from femflex.dynamics.joints.prescribed_motion import add_known_accelerations, prescribed_state
-from femflex.dynamics.lowering.constraint_layout import closing_of
 from femflex.dynamics.lowering.layout import W_RESIST, W_TAU, body_of, header_of, term_of
-from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states
-from femflex.dynamics.motion.equations import place_bodies
+from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states, place_of_length
+from femflex.dynamics.motion.equations import (
+    call_constrain,
+    call_length_steps,
+    n_solutions,
+    place_and_load,
+    place_bodies,
+)
 from femflex.dynamics.motion.recursion import accelerate, reduce_written
-from femflex.dynamics.motion.second_order import CORRECT
 from femflex.kernels.compiled import inner, kernel
 from femflex.kernels.lanes import lane, offset, pointer, put_lane, zero_lane
+from femflex.kernels.symbols import types
+
+_vector = types.float64[::1]
+_own = (types.int64[::1], _vector, _vector)  # table, pool, work
+CORRECT = types.void(types.float64, _vector, _vector, _vector, _vector, types.float64, types.float64, *_own)
 
 
 @inner
@@ -63,14 +71,12 @@ def resisted_accelerations(
 
     Returns the coordinates and velocities with prescribed freedoms at their values.
     """
-    head, forced = header_of(table), closing_of(table)["n_constraints"] > 0
+    head = header_of(table)
+    forced = head["constrain"] != 0
     copy_auxiliary_states(u, table, work)
     if head["n_holds"] > 0:
         q, u = prescribed_state(t, q, u, table, pool, work)
-    place_bodies(t, q, u, table, pool, work)
-    if forced:
-        clear_all_joint_forces(table, work)
-    write_forces(t, q, u, table, pool, work)
+    place_and_load(t, q, u, table, pool, work)
     if head["n_terms"] > 0:
         write_resistance(t, q, u, c_d, c_k, table, pool, work)
     if head["n_holds"] > 0:
@@ -119,19 +125,6 @@ def correct_auxiliary_states(
             call_relax(term["relax"], t, zdot, c_d, out, term["at"], term["n"], table, pool, work)
 
 
-@inner
-def subtract_rates(
-    t: float, q: Array, u: Array, out: Array, udot: Array, c_d: float, table: Table, pool: Array, work: Array
-) -> None:
-    """Take udot off the accelerations that were solved for, and write the states' part behind: Newton's correction."""
-    head = header_of(table)
-    for k in range(head["n_u"]):
-        out[k] -= udot[k]
-    if head["n_z"] > 0:
-        zdot, dz = offset(udot, head["n_u"]), offset(out, head["n_u"])
-        correct_auxiliary_states(t, q, u, out, zdot, c_d, dz, table, pool, work)
-
-
 @kernel(CORRECT)
 def correct(
     t: float,
@@ -145,12 +138,28 @@ def correct(
     pool: Array,
     work: Array,
 ) -> None:
-    """out = -(M + c_d D + c_k K)^-1 (M udot + h - Q) at the state (q, u), in O(n); sddot - udot if prescribed.
+    """out = -(M + c_d D + c_k K)^-1 (M udot + h - Q - A^T lambda) at the state (q, u), in O(n); or sddot - udot.
 
-    Of models without constraints and free lengths. The part of out for the states z follows
-    (see `correct_auxiliary_states`).
+    With constraints A (udot + out) = bdot - Adot u; the integrator removes the drift, by `project`. The part of out for
+    the states z follows (`correct_auxiliary_states`), that of free lengths with c_k = c_d^2 or near it.
     """
     records, numbers, scratch = pointer(table), pointer(pool), pointer(work)
-    accelerations, rates = pointer(out), pointer(udot)
-    x, v = resisted_accelerations(t, pointer(q), pointer(u), rates, accelerations, c_d, c_k, records, numbers, scratch)
-    subtract_rates(t, x, v, accelerations, rates, c_d, records, numbers, scratch)
+    x, v, rates, total = pointer(q), pointer(u), pointer(udot), pointer(out)
+    head = header_of(records)
+    q_now, u_now = x, v
+    for k in range(n_solutions(records)):
+        if head["n_free"] > 0:
+            call_length_steps(head["step_lengths"], t, k, x, v, rates, total, c_d, records, numbers, scratch)
+        q_now, u_now = resisted_accelerations(t, x, v, rates, total, c_d, c_k, records, numbers, scratch)
+    if head["constrain"] != 0:
+        stiff = 1 if c_d != 0.0 or c_k != 0.0 else 0
+        call_constrain(head["constrain"], t, q_now, u_now, total, stiff, records, numbers, scratch)
+    for k in range(head["n_u"]):
+        total[k] -= rates[k]
+    if head["n_z"] > 0:
+        z, zdot, dz = offset(v, head["n_u"]), offset(rates, head["n_u"]), offset(total, head["n_u"])
+        correct_auxiliary_states(t, q_now, u_now, total, zdot, c_d, dz, records, numbers, scratch)
+        n = head["n_free"]
+        for k in range(n):
+            place, change = place_of_length(k, records, numbers), scratch[head["needs"] + (n + 1) * k + n]
+            dz[place], dz[place + 1] = z[place + 1] + c_d * change - zdot[place], change
