@@ -132,8 +132,8 @@ def test_packages_have_no_longer_import_cycle():
 
 
 def test_deferred_imports_count_and_type_imports_do_not():
-    assert "femflex.dynamics.terms.ledger" in imported("femflex.dynamics.terms.by_source")  # within a function
-    assert "femflex.dynamics.model" not in imported("femflex.dynamics.terms.by_source")  # for types
+    assert "femflex.dynamics.ledger.ledger" in imported("femflex.dynamics.ledger.by_source")  # within a function
+    assert "femflex.dynamics.model" not in imported("femflex.dynamics.ledger.by_source")  # for types
 
 
 def test_import_cycle_is_detected():

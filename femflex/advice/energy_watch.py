@@ -11,9 +11,9 @@ import numpy as np
 from femflex.advice.limits import ENERGY_CHANGE, NO_ENERGY
 from femflex.arrays import Array
 from femflex.dynamics import Model
-from femflex.dynamics.effectors.states import keeps_momentum
-from femflex.dynamics.reports.row import conservative_loads, is_damped
-from femflex.dynamics.terms.equation_terms import EQUATION_TERMS
+from femflex.dynamics.effector_states import keeps_momentum
+from femflex.dynamics.ledger.equation_terms import EQUATION_TERMS
+from femflex.dynamics.observe.row import conservative_loads, is_damped
 from femflex.system import Effector, System
 from femflex.warning import PhysicsWarning
 

@@ -20,8 +20,8 @@ from femflex.advice.limits import (
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.dynamics import compile_system
+from femflex.dynamics.layout.records import body_records
 from femflex.dynamics.linear.freedoms import is_prescribed
-from femflex.dynamics.lowering.layout import body_records
 from femflex.reduction.boundary.rigid import DIRECTIONS
 from femflex.reduction.origin import Meshed
 from femflex.rotations import dcm_from_quaternion

@@ -25,9 +25,9 @@ from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.dynamics import Model, compile_system
 from femflex.dynamics.joints.places import prescribed_states
+from femflex.dynamics.ledger.without import with_rigid_bodies
 from femflex.dynamics.linear.elastic_motion import ElasticResponse, elastic_response
 from femflex.dynamics.linear.freedoms import elastic_places
-from femflex.dynamics.terms.without import with_rigid_bodies
 from femflex.integrate import Dop853, IntegrationError
 from femflex.integrate.driver import ABSOLUTE, collected
 from femflex.integrate.outcome import Block

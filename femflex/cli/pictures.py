@@ -123,7 +123,7 @@ def check_left_out(prepared: Prepared) -> None:
 
         check(prepared.system)
     if prepared.case.pictures is not None and not prepared.model.omitted:
-        from femflex.dynamics.terms.without import resolve_name
+        from femflex.dynamics.ledger.without import resolve_name
 
         for name in prepared.case.pictures.without:
             resolve_name(prepared.model, name)

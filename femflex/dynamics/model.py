@@ -13,31 +13,30 @@ from femflex.arrays import Array, IntArray
 from femflex.dynamics.clock import Clock
 from femflex.dynamics.constraints.assemble import assembled
 from femflex.dynamics.constraints.constrained import Constraints, build_constraints
-from femflex.dynamics.constraints.equations import project
 from femflex.dynamics.constraints.free_lengths import link_free_lengths
-from femflex.dynamics.effectors.events import AllEvents, StateEvents
-from femflex.dynamics.effectors.states import (
+from femflex.dynamics.constraints.projection import project
+from femflex.dynamics.effector_states import (
     check_distances,
     has_events,
     sensor_problems,
     threshold_problems,
     with_starts,
 )
-from femflex.dynamics.force_terms import force_terms
+from femflex.dynamics.events import AllEvents, Latches, StateEvents
+from femflex.dynamics.forces.force_term import force_terms
 from femflex.dynamics.implicit.correction import correct
 from femflex.dynamics.implicit.residual import residual, solve
+from femflex.dynamics.joints.ball import switch
 from femflex.dynamics.joints.coordinates import advance, kinematic
-from femflex.dynamics.joints.switching import switch
-from femflex.dynamics.latches import Latches
+from femflex.dynamics.layout.constraints import characteristic_length
+from femflex.dynamics.layout.lower import lower
+from femflex.dynamics.layout.records import BALL_QUATERNION, body_records
+from femflex.dynamics.ledger.by_source import SWITCHED, terms
+from femflex.dynamics.ledger.without import resolve_name, without_named, without_reactions, without_terms
 from femflex.dynamics.linear.motion_scale import highest_frequency, motion_scales
-from femflex.dynamics.lowering.constraints import characteristic_length
-from femflex.dynamics.lowering.layout import BALL_QUATERNION, body_records
-from femflex.dynamics.lowering.lower import lower
-from femflex.dynamics.motion.equations import rate
-from femflex.dynamics.reports.diagnosis import diagnosis
-from femflex.dynamics.reports.report import Channels, Observation
-from femflex.dynamics.terms.by_source import SWITCHED, terms
-from femflex.dynamics.terms.without import resolve_name, without_named, without_reactions, without_terms
+from femflex.dynamics.observe.diagnosis import diagnosis
+from femflex.dynamics.rate.rate import rate
+from femflex.dynamics.report import Channels, Observation
 from femflex.dynamics.user_functions import check_user_functions
 from femflex.dynamics.workspace import Workspace
 from femflex.summary import Rows, Summarised, listed
@@ -75,7 +74,7 @@ class Model(Summarised):
     Nothing in it changes once it is compiled. Its calls write to arrays of a Workspace: each thread has its own, and
     each run (`for_run`), so one model can run in many threads at once.
 
-    workspace           the arrays of its calls: table, pool, work (see femflex.dynamics.lowering.layout)
+    workspace           the arrays of its calls: table, pool, work (see femflex.dynamics.layout.records)
     x0                  (n_x,) initial state (q, u, z)
     breaks              (n,) times at which a load or a prescribed motion is not smooth [s]
     renormalise         first positions in x of the quadruples of Euler parameters
@@ -162,7 +161,7 @@ class Model(Summarised):
 
     @cached_property
     def reduced(self) -> bool:
-        """Whether the compiled equations leave terms out (see `dynamics.terms.without`)."""
+        """Whether the compiled equations leave terms out (see `dynamics.ledger.without`)."""
         return any(name in SWITCHED for name in self.omitted)
 
     @property
@@ -244,7 +243,7 @@ class Model(Summarised):
     def terms(self, times: Array, states: Array) -> dict[str, Array]:
         """Every term of eq. (9) at times (n_t,) and states (n_t, n_x): name -> (n_t, n_u).
 
-        See `dynamics.terms.by_source`.
+        See `dynamics.ledger.by_source`.
         """
         return terms(self, times, states)
 

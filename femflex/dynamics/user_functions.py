@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from femflex.arrays import Array, IntArray
-from femflex.dynamics.effectors.effector_functions import call_sizes, input_size, output_size, plain_call
-from femflex.dynamics.effectors.records import EFFECTOR, N_EFFECTOR
-from femflex.dynamics.force_terms.effectors import acting_effectors, apply
-from femflex.dynamics.lowering.layout import HEADER, N_HEADER, N_TERM, TERM, body_records
+from femflex.dynamics.forces.effector_functions import call_sizes, input_size, output_size, plain_call
+from femflex.dynamics.forces.effector_records import EFFECTOR, N_EFFECTOR
+from femflex.dynamics.forces.effectors import acting_effectors, apply
+from femflex.dynamics.layout.records import HEADER, N_HEADER, N_TERM, TERM, body_records
 from femflex.system import Block, Effector, LengthTable, System
 
 if TYPE_CHECKING:

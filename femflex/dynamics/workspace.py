@@ -7,7 +7,7 @@ import threading
 import numpy as np
 
 from femflex.arrays import Array, IntArray
-from femflex.dynamics.lowering.pool import aligned
+from femflex.dynamics.layout.pool import aligned
 
 ModelArrays = tuple[IntArray, Array, Array]  # table, pool, work
 

@@ -13,8 +13,7 @@ if TYPE_CHECKING:
 
     from femflex.case import Case
     from femflex.dynamics import Model
-    from femflex.dynamics.constraints.clearance import AbsorbedMisfit
-    from femflex.dynamics.constraints.initial_corrections import CorrectedInitialValue
+    from femflex.dynamics.constraints.initial_corrections import AbsorbedMisfit, CorrectedInitialValue
     from femflex.integrate import Integrator
     from femflex.pipeline.decisions import ResolvedCase
     from femflex.pipeline.recovery_channels import RecoveryChannels
@@ -48,7 +47,7 @@ class Prepared:
     @cached_property
     def absorbed_misfits(self) -> list[AbsorbedMisfit]:
         """The misfits of loops with clearance that moving their markers absorbed."""
-        from femflex.dynamics.constraints.clearance import absorbed_misfits
+        from femflex.dynamics.constraints.initial_corrections import absorbed_misfits
 
         return [] if self.model.constraints is None else absorbed_misfits(self.model.constraints)
 
@@ -80,7 +79,7 @@ def prepare(
     """Prepare the run of a case with these bodies or with its own; nothing is written.
 
     output: the result file; if given, check first that it can be written or resumed
-    without: names of what is switched off (see `femflex.dynamics.terms.without`)
+    without: names of what is switched off (see `femflex.dynamics.ledger.without`)
     effectors: effectors and controllers in addition to those of the case
     varying: body name -> Variation, how its properties depend on time
     linearised: the motion of the linear equations (see `femflex.pipeline.linear_motion`)
@@ -90,7 +89,7 @@ def prepare(
     from femflex.advice.advice import warn_of
     from femflex.advice.model_warnings import output_notes
     from femflex.case import Case, read_case
-    from femflex.dynamics.reports.observe import observe
+    from femflex.dynamics.observe.observe import observe
     from femflex.integrate import dop853_kernel
     from femflex.kernels.compiled import compile_ahead
     from femflex.pipeline.compiled import compiled

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from femflex.arrays import Array
-from femflex.dynamics.terms.by_source import INERTIA_OF, force_units, inertia_by_source, terms, velocity_slices
+from femflex.dynamics.ledger.by_source import INERTIA_OF, force_units, inertia_by_source, terms, velocity_slices
 
 if TYPE_CHECKING:
     from femflex.dynamics import Model

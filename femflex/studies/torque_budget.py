@@ -17,8 +17,8 @@ from scipy.integrate import cumulative_trapezoid, trapezoid
 from scipy.spatial.transform import Rotation
 
 from femflex.arrays import Array, IntArray
-from femflex.dynamics.force_terms.attraction import Attraction
-from femflex.dynamics.terms.by_source import terms, velocity_slices
+from femflex.dynamics.forces.attraction import Attraction
+from femflex.dynamics.ledger.by_source import terms, velocity_slices
 from femflex.rotations import dcm_from_quaternion
 from femflex.system import Effector, System
 

@@ -23,7 +23,7 @@ from femflex.noun.units import UnitError
 from femflex.noun.values import Quantity, ValueProblem, _as_validator, _Readable, checked_word, value_text
 from femflex.system.profile import Profile
 
-# kinds of pieces of laws (femflex.dynamics.force_terms.laws).
+# kinds of pieces of laws (femflex.dynamics.forces.laws).
 SPRING, DAMPER, CONTACT, FRICTION, LATCHED, CALLED = range(6)
 Piece = tuple[int, Array]  # one of these, and its numbers
 OF_ROTATION = {"m": "rad", "m/s": "rad/s", "N": "N m", "N/m": "N m/rad", "N s/m": "N m s/rad"}

@@ -46,7 +46,7 @@ class Sections(Protocol):
     ) -> dict[str, Array]:
         """Values (k,) by name.
 
-        length: L, its rate and its acceleration; motion: of the body (`femflex.dynamics.reports.material.BodyMotion`);
+        length: L, its rate and its acceleration; motion: of the body (`femflex.dynamics.observe.material.BodyMotion`);
         attached: marker and force on what is attached to it, body components.
         """
 
@@ -127,7 +127,7 @@ class LengthTable:
         return np.array(runs, float), np.concatenate(values, axis=1)
 
     def numbers(self) -> Array:
-        """All of it in one flat array, as the compiled equations read it (see femflex.dynamics.lowering.by_length).
+        """All of it in one flat array, as the compiled equations read it (see femflex.dynamics.layout.written_blocks).
 
         Number of pieces, terms, runs and values; least and largest power of s; size of the profile; 1 where the length
         is a state, its place in z, the place of its acceleration there, the places of "pickup" and of

@@ -73,7 +73,7 @@ class Variation:
     whole    the body that the function writes for, where the System's has been made rigid; None: the System's
     states   names of states of effectors; their places in z stand before `numbers` in what the function gets
 
-    In place of a function `write` may be the word of one that femflex brings (femflex.dynamics.lowering.tanks).
+    In place of a function `write` may be the word of one that femflex brings (femflex.dynamics.layout.written_blocks).
     """
 
     write: Callable[..., Any] | LengthTable | str

@@ -17,7 +17,7 @@ from femflex.deployment import (
     deploying_strip,
 )
 from femflex.dynamics import compile_system
-from femflex.dynamics.terms.by_source import linear_terms
+from femflex.dynamics.ledger.by_source import linear_terms
 from femflex.fem import Member, build_structure
 from femflex.fem.sections import StiffnessSection
 from femflex.integrate import integrator

@@ -8,7 +8,7 @@ from support.members import falling_chain, hub_with_arms, solved
 from femflex.body import rigid_body
 from femflex.deployment import DeployingLine, Reel, StringFunctions, deploying_line
 from femflex.dynamics import compile_system
-from femflex.dynamics.reports.diagnosis import length_limit_text
+from femflex.dynamics.observe.diagnosis import length_limit_text
 from femflex.integrate import IntegrationError, integrator
 from femflex.reduction import BeamFunctions
 from femflex.system import (

@@ -12,8 +12,8 @@ from support.elastica import EI, LENGTH, SECTION, elastica
 
 from femflex import equilibrium, fem, reduction, system
 from femflex.dynamics import compile_system
-from femflex.dynamics.reports.markers import marker_motion
-from femflex.dynamics.terms.without import linearised_body
+from femflex.dynamics.ledger.without import linearised_body
+from femflex.dynamics.observe.markers import marker_motion
 from femflex.integrate import integrator
 from femflex.mesh import line
 from femflex.reduction import (

@@ -8,7 +8,7 @@ from support.mechanisms import ANDREWS, andrews, bar, flexible_four_bar, four_ba
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system
-from femflex.dynamics.constraints.clearance import absorbed_misfits
+from femflex.dynamics.constraints.initial_corrections import absorbed_misfits
 from femflex.integrate import Dop853, Esdirk4, IntegrationError, integrator
 from femflex.system import Load, Profile, System, free, revolute, velocity_rows, weld
 

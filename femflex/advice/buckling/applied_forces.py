@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.reports.markers import marker_motion
+from femflex.dynamics.observe.markers import marker_motion
 from femflex.rotations import dcm_from_quaternion
 from femflex.system import Joint, Nonholonomic, System
 

@@ -8,11 +8,10 @@ mass, no moving node that carries a joint) nothing has to be factorised.
 from __future__ import annotations
 
 from femflex.arrays import Array, Record
-from femflex.dynamics.bodies.columns import columns_times
-from femflex.dynamics.bodies.shapes import rows9, turning_of
+from femflex.dynamics.bodies.shapes import columns_times, rows9, turning_of
 from femflex.dynamics.bodies.slaves import tie_rows, write_tied_mass
 from femflex.dynamics.bodies.stiffening import add_varying_block, write_varying_stiffness
-from femflex.dynamics.lowering.layout import W_ACC, W_M, W_P, W_Q, W_S
+from femflex.dynamics.layout.records import W_ACC, W_M, W_P, W_Q, W_S
 from femflex.kernels.compiled import inner
 from femflex.kernels.lanes import lane, lane_of, plus, put_lane, reciprocal, transposed
 from femflex.kernels.pairs import Pair, dot_four_rows, pair, put_pair

@@ -6,7 +6,7 @@ from femflex.arrays import Array, Record
 from femflex.dynamics.bodies.shapes import put_rows9, rows3, rows9, totals3, zero_rows3, zero_rows9
 from femflex.dynamics.bodies.slaves import add_drift_forces
 from femflex.dynamics.bodies.stiffening import add_varying_force, write_varying_stiffness
-from femflex.dynamics.lowering.layout import W_OMEGA, W_P, W_Q, W_S
+from femflex.dynamics.layout.records import W_OMEGA, W_P, W_Q, W_S
 from femflex.kernels.compiled import inner
 from femflex.kernels.formula import formula
 from femflex.kernels.lanes import Lane, Lanes, lane, plus, put_lane, total, zero_lane

@@ -1,15 +1,65 @@
-"""Motion of a body's markers by its elastic coordinates: rows over shapes (phi, psi) times coordinates and rates."""
+"""Motion of a body's markers by its elastic coordinates: rows over shapes (phi, psi) times coordinates and rates.
+
+Columns G and Phi (6, row) of a marker give the acceleration at a body's origin for that of each shape.
+"""
 
 from __future__ import annotations
 
 from femflex.arrays import Array, Record
-from femflex.dynamics.lowering.layout import TURNS, VARIES
+from femflex.dynamics.layout.records import TURNS, VARIES
 from femflex.kernels.compiled import inner
 from femflex.kernels.formula import formula
-from femflex.kernels.lanes import Lanes, lane, plus, put_lane, total, zero_lane
+from femflex.kernels.lanes import Lane, Lanes, lane, plus, put_lane, total, totals, zero_lane
+from femflex.kernels.pairs import Pair, six_of
 from femflex.kernels.section_turns import section_drift, section_slope, section_vector
 from femflex.kernels.turns import moving_vector_turn
-from femflex.kernels.vectors import ZERO, Matrix, Vector, add, load3, product, scale, turn
+from femflex.kernels.vectors import ZERO, Matrix, Vector, add, cross, load3, product, scale, turn
+
+
+@inner
+def write_columns(work: Array, out: int, pool: Array, shape: int, spin: int, row: int, T: Matrix, arm: Vector) -> None:
+    """Columns (6, row) of a marker seen at a point `arm` away from it: (phi + (T psi) x arm, T psi)."""
+    for k in range(0, row, 4):
+        rotations = turn(T, rows3(pool, spin + k, row))
+        put_rows3(work, out + k, row, add(rows3(pool, shape + k, row), cross(rotations, arm)))
+        put_rows3(work, out + 3 * row + k, row, rotations)
+
+
+@formula
+def six_lanes(a: Array, i: int, row: int) -> Lanes:
+    """Lanes at the same place of six rows."""
+    return tuple(lane(a, i + r * row) for r in range(6))
+
+
+@inner
+def columns_times(work: Array, columns: int, row: int, rates: int) -> Pair:
+    """Six rows times the row of rates: acceleration (3), 0, (3), 0."""
+    v = zero_columns()
+    for k in range(0, row, 4):
+        v = plus(v, lane(work, rates + k), six_lanes(work, columns + k, row))
+    return six_totals(v)
+
+
+@formula
+def zero_columns() -> Lanes:
+    """Six lanes of zeros."""
+    return tuple(zero_lane() for _ in range(6))
+
+
+@formula
+def six_totals(v: Lanes) -> Pair:
+    """Sums over the four shapes of each of six components, (3), 0, (3), 0."""
+    return totals(v[0], v[1], v[2], zero_lane()), totals(v[3], v[4], v[5], zero_lane())
+
+
+@formula
+def wrench_times_columns(F: Pair, columns: Lanes) -> Lane:
+    """F . Phi_j for four columns."""
+    numbers = six_of(F)
+    first = numbers[0] * columns[0]
+    for r in range(1, 6):
+        first = first + numbers[r] * columns[r]
+    return first
 
 
 @formula

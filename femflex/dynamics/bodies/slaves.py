@@ -9,11 +9,12 @@ shapes become rows over coordinates by Y^T here, and the recursion knows only th
 from __future__ import annotations
 
 from femflex.arrays import Array, Record
-from femflex.dynamics.bodies.shapes import rows3, rows9, totals3, turning_of, zero_rows3
-from femflex.dynamics.lowering.layout import W_P
+from femflex.dynamics.bodies.shapes import rows3, rows9, totals3, turning_of, write_columns, zero_rows3
+from femflex.dynamics.layout.records import W_P
 from femflex.kernels.compiled import inner
 from femflex.kernels.lanes import lane, plus, put_lane, total, zero_lane
 from femflex.kernels.pairs import Pair, add_pair, pair, pair_of, put_pair, zero_pair
+from femflex.kernels.vectors import Matrix, Vector
 
 
 @inner
@@ -112,3 +113,15 @@ def write_tied_mass(b: Record, pool: Array, work: Array) -> None:
                 entry = border + stride * i + k
                 E = lane(work, entry) + work[D + i] * lane(work, W + k) + work[W + i] * lane(work, D + k)
                 put_lane(work, entry, E)
+
+
+@inner
+def write_marker_columns(
+    carrier: Record, work: Array, out: int, pool: Array, shape: int, spin: int, T: Matrix, arm: Vector
+) -> None:
+    """Columns (6, row) over the coordinates of the marker's carrier, as `write_columns`."""
+    if carrier["n_slaves"]:
+        write_columns(work, carrier["columns"], pool, shape, spin, carrier["wide"], T, arm)
+        tie_columns(carrier, work, out)
+    else:
+        write_columns(work, out, pool, shape, spin, carrier["row"], T, arm)

@@ -7,15 +7,15 @@ from collections.abc import Callable
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.constraints import equations as calls
-from femflex.dynamics.constraints.clearance import absorb_misfit, refuse_clearance
+from femflex.dynamics.constraints import projection as calls
 from femflex.dynamics.constraints.conflicts import competing_motions_text, flat_disc_text, violated_text
 from femflex.dynamics.constraints.constrained import Constraints
 from femflex.dynamics.constraints.constraint_violation import OPENING_RATE
+from femflex.dynamics.constraints.initial_corrections import absorb_misfit, refuse_clearance
 from femflex.dynamics.constraints.singular_passage import start_pivots
 from femflex.dynamics.joints.coordinates import advance
-from femflex.dynamics.lowering import constraint_layout as layout
-from femflex.dynamics.lowering.constraints import characteristic_length
+from femflex.dynamics.layout import constraint_records as layout
+from femflex.dynamics.layout.constraints import characteristic_length
 from femflex.system import System
 from femflex.system.system import kept_coordinates
 

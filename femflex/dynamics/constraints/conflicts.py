@@ -6,7 +6,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.dynamics.constraints.constrained import Constraints
-from femflex.dynamics.lowering import constraint_layout as layout
+from femflex.dynamics.layout import constraint_records as layout
 from femflex.rotations import SINGULAR
 from femflex.system import System
 

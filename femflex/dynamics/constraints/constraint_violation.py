@@ -11,9 +11,9 @@ from femflex.arrays import Array, Record, Table
 from femflex.dynamics.constraints.multipliers import rank_of
 from femflex.dynamics.constraints.row_reduction import combination
 from femflex.dynamics.constraints.rows import row_of
-from femflex.dynamics.lowering import constraint_layout as layout
-from femflex.dynamics.lowering.constraint_layout import closing_of, constraint_of
-from femflex.dynamics.lowering.layout import header_of
+from femflex.dynamics.layout import constraint_records as layout
+from femflex.dynamics.layout.constraint_records import closing_of, constraint_of
+from femflex.dynamics.layout.records import header_of
 from femflex.kernels.compiled import inner
 from femflex.kernels.lanes import offset
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from femflex.arrays import Array, Record
-from femflex.dynamics.lowering import constraint_layout as layout
-from femflex.dynamics.lowering.layout import W_CIN
+from femflex.dynamics.layout import constraint_records as layout
+from femflex.dynamics.layout.records import W_CIN
 from femflex.kernels.compiled import inner
 from femflex.kernels.vectors import ZERO, Vector, add, cross, dot, load3, load9, scale, store3, sub, turn
 

@@ -18,12 +18,10 @@ from __future__ import annotations
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.bodies.shapes import markers_motion
 from femflex.dynamics.constraints.rows import push_rows, row_of
-from femflex.dynamics.forces.marker_forces import power_per_length
-from femflex.dynamics.forces.work_per_length import clear_work_per_length
-from femflex.dynamics.lowering import constraint_layout as layout
-from femflex.dynamics.lowering.by_length import write_block
-from femflex.dynamics.lowering.constraint_layout import closing_of, constraint_of
-from femflex.dynamics.lowering.layout import (
+from femflex.dynamics.forces.marker_forces import clear_work_per_length, power_per_length
+from femflex.dynamics.layout import constraint_records as layout
+from femflex.dynamics.layout.constraint_records import closing_of, constraint_of
+from femflex.dynamics.layout.records import (
     HEADER,
     LENGTH_DRUM_MASS,
     LENGTH_PICKUP,
@@ -35,11 +33,12 @@ from femflex.dynamics.lowering.layout import (
     body_of,
     header_of,
 )
-from femflex.dynamics.lowering.unit_block import WORKED
-from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states, place_of_length
-from femflex.dynamics.motion.drum_force import drum_force, strain_force
-from femflex.dynamics.motion.equations import LENGTH_STEPS, LENGTHS, place_and_load
-from femflex.dynamics.motion.gathering import gather_residual
+from femflex.dynamics.layout.variations import WORKED
+from femflex.dynamics.layout.written_blocks import write_block
+from femflex.dynamics.rate.auxiliary_states import copy_auxiliary_states, place_of_length
+from femflex.dynamics.rate.drum_force import drum_force, strain_force
+from femflex.dynamics.rate.gathering import gather_residual
+from femflex.dynamics.rate.rate import LENGTH_STEPS, LENGTHS, place_and_load
 from femflex.kernels.compiled import inner
 from femflex.kernels.entries import entry
 from femflex.kernels.lanes import offset

@@ -14,7 +14,7 @@ import math
 
 from femflex.arrays import Array, Table
 from femflex.dynamics.constraints.rows import row_of
-from femflex.dynamics.lowering.constraint_layout import R_LAMBDA, R_TARGET, closing_of, constraint_of
+from femflex.dynamics.layout.constraint_records import R_LAMBDA, R_TARGET, closing_of, constraint_of
 from femflex.kernels.compiled import inner
 from femflex.kernels.lanes import offset
 

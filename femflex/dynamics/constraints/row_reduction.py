@@ -10,15 +10,15 @@ from __future__ import annotations
 import math
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.bodies.columns import six_lanes, wrench_times_columns
 from femflex.dynamics.bodies.inertia import zero_forces
+from femflex.dynamics.bodies.shapes import six_lanes, wrench_times_columns
 from femflex.dynamics.constraints.rows import push_row, row_of
-from femflex.dynamics.forces.system import clear_forces, clear_joint_forces, push_coordinates
-from femflex.dynamics.lowering import constraint_layout as layout
-from femflex.dynamics.lowering.constraint_layout import closing_of, constraint_of
-from femflex.dynamics.lowering.layout import W_H, W_P, W_PIVOT, W_TAU, W_U, body_of, header_of
-from femflex.dynamics.motion.gathering import add_to_parent
-from femflex.dynamics.motion.recursion import accelerate
+from femflex.dynamics.forces.forces import clear_forces, clear_joint_forces, push_coordinates
+from femflex.dynamics.layout import constraint_records as layout
+from femflex.dynamics.layout.constraint_records import closing_of, constraint_of
+from femflex.dynamics.layout.records import W_H, W_P, W_PIVOT, W_TAU, W_U, body_of, header_of
+from femflex.dynamics.rate.gathering import add_to_parent
+from femflex.dynamics.rate.recursion import accelerate
 from femflex.kernels.compiled import inner
 from femflex.kernels.lanes import lane, offset, plus, put_lane
 from femflex.kernels.pairs import Pair, dot_pair, pair, put_pair

@@ -1,20 +1,129 @@
 """Constraint rows at a placed state: a force and a torque on each of two markers, the residuals, and their bias.
 
 A row says f_Q . v_Q + t_Q . omega_Q + f_P . v_P + t_P . omega_P = b. The same numbers, times the multiplier, are the
-forces on the two bodies, so that the rows serve as A and as A^T. Forces on P stand at the place of Q.
+forces on the two bodies, so that the rows serve as A and as A^T. Forces on P stand at the place of Q. The motion of the
+markers is kept in the work array. Rows A u = b that a user's function writes are copied there and used as they are.
 """
 
 from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
+from femflex.dynamics.bodies.shapes import (
+    columns_times,
+    markers_motion,
+    six_lanes,
+    wrench_times_columns,
+)
+from femflex.dynamics.bodies.slaves import write_marker_columns
 from femflex.dynamics.constraints.contact_rows import put_force, put_values, write_disc, write_edge
-from femflex.dynamics.constraints.general_rows import general_row_times, write_general
-from femflex.dynamics.constraints.marker_motion import accelerate_marker, move_marker, push_marker
-from femflex.dynamics.lowering import constraint_layout as layout
-from femflex.dynamics.lowering.constraint_layout import closing_of, constraint_of
-from femflex.dynamics.lowering.layout import W_CIN, body_of, header_of
+from femflex.dynamics.layout import constraint_records as layout
+from femflex.dynamics.layout.constraint_records import (
+    M_A,
+    M_ARM,
+    M_C,
+    M_COLUMNS,
+    M_E,
+    M_O,
+    M_R,
+    M_V,
+    closing_of,
+    constraint_of,
+)
+from femflex.dynamics.layout.records import W_ACC, W_CIN, W_OMEGA, W_P, W_POS, W_VEL, body_of, header_of
 from femflex.kernels.compiled import inner
-from femflex.kernels.vectors import ZERO, add, cross, dot, load3, load9, scale, store3, sub, turn
+from femflex.kernels.entries import call_user
+from femflex.kernels.lanes import lane, offset, put_lane
+from femflex.kernels.pairs import lane_vector, pair_of
+from femflex.kernels.vectors import (
+    ZERO,
+    Vector,
+    add,
+    cross,
+    dot,
+    load3,
+    load9,
+    product,
+    scale,
+    store3,
+    store9,
+    store_lane,
+    sub,
+    transpose,
+    turn,
+    turn_back,
+)
+
+
+@inner
+def move_marker(b: Record, marker: int, shape: int, spin: int, bends: int, m: int, pool: Array, work: Array) -> None:
+    """Write a marker's axes, place, velocity, rate, and the part of its accelerations that udot does not give."""
+    w = b["work"]
+    C_iN, omega = load9(work, w + W_CIN), load3(work, w + W_OMEGA)
+    r, C_iM = load3(pool, marker), load9(pool, marker + 3)
+    v, turning, bias, lift = ZERO, ZERO, ZERO, ZERO
+    if bends:
+        displacement, v, bend, T, turning, bias, lift = markers_motion(pool, marker, shape, spin, bends, b, work)
+        r, C_iM = add(r, displacement), product(bend, C_iM)
+        write_marker_columns(b, work, m + M_COLUMNS, pool, shape, spin, T, ZERO)
+    omega_r = cross(omega, r)
+    store9(work, m + M_C, product(transpose(C_iN), C_iM))
+    store3(work, m + M_R, add(load3(work, w + W_POS), turn_back(C_iN, r)))
+    store3(work, m + M_V, turn_back(C_iN, add(load3(work, w + W_VEL), add(omega_r, v))))
+    store3(work, m + M_O, turn_back(C_iN, add(omega, turning)))
+    store3(work, m + M_A, add(lift, add(cross(omega, omega_r), scale(2.0, cross(omega, v)))))
+    store3(work, m + M_E, add(bias, cross(omega, turning)))
+    store3(work, m + M_ARM, r)
+
+
+@inner
+def accelerate_marker(b: Record, bends: int, m: int, work: Array) -> None:
+    """Complete a marker's accelerations by those of its body and of the shapes, inertial components."""
+    w = b["work"]
+    C_iN, alpha = load9(work, w + W_CIN), load3(work, w + W_ACC + 4)
+    a = add(load3(work, m + M_A), add(load3(work, w + W_ACC), cross(alpha, load3(work, m + M_ARM))))
+    e = add(load3(work, m + M_E), alpha)
+    if bends:
+        lift = columns_times(work, m + M_COLUMNS, b["row"], b["accel"])
+        a, e = add(a, lane_vector(lift[0])), add(e, lane_vector(lift[1]))
+    store3(work, m + M_A, turn_back(C_iN, a))
+    store3(work, m + M_E, turn_back(C_iN, e))
+
+
+@inner
+def push_marker(b: Record, force: Vector, torque: Vector, bends: int, m: int, work: Array) -> None:
+    """Take a force and a torque at a marker, body components, off the body's wrench and off its coordinates' bias."""
+    p, row = b["work"] + W_P, b["row"]
+    store_lane(work, p, sub(load3(work, p), force))
+    store_lane(work, p + 4, sub(load3(work, p + 4), add(torque, cross(load3(work, m + M_ARM), force))))
+    if bends:
+        wrench = pair_of(force, torque)
+        for k in range(0, row, 4):
+            power = wrench_times_columns(wrench, six_lanes(work, m + M_COLUMNS + k, row))
+            put_lane(work, b["pn"] + k, lane(work, b["pn"] + k) - power)
+
+
+@inner
+def write_general(t: float, q: Array, u: Array, c: Record, row: int, table: Table, work: Array) -> None:
+    """The user's rows: A, b and the bias as the function left them."""
+    n_rows, n_u, g = c["n_rows"], header_of(table)["n_u"], c["general"]
+    call_user(c["function"], t, q, u, offset(work, g))
+    b = g + n_rows * n_u
+    for k in range(n_rows):
+        r = row + layout.ROW_SIZE * k
+        for j in range(12):
+            work[r + j] = 0.0
+        work[r + layout.R_SPEED] = general_row_times(c, k, u, table, work) - work[b + k]
+        put_values(r, 0.0, work[b + n_rows + k], work)
+
+
+@inner
+def general_row_times(c: Record, k: int, v: Array, table: Table, work: Array) -> float:
+    """Row k of a general constraint times v (n_u)."""
+    n_u = header_of(table)["n_u"]
+    total = 0.0
+    for j in range(n_u):
+        total += work[c["general"] + k * n_u + j] * v[j]
+    return total
 
 
 @inner

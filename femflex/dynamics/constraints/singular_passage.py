@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from femflex.dynamics.constraints.constrained import Constraints
-from femflex.dynamics.lowering import constraint_layout as layout
-from femflex.dynamics.lowering.constraints import characteristic_length
+from femflex.dynamics.layout import constraint_records as layout
+from femflex.dynamics.layout.constraints import characteristic_length
 
 LOSS_RATIO = 3e-4  # part of the last pivot at the start below which a row is left out along a run
 PLAY_FACTOR = (

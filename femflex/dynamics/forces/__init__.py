@@ -1,1 +1,1 @@
-"""Forces on all bodies: of motion, strain and gravity; the calls of force terms; and the motion of the base frame."""
+"""Forces on all bodies: of motion, strain and gravity; force terms, each in its own file; motion of the base frame."""

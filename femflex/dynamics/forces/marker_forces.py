@@ -1,11 +1,11 @@
-"""Force and torque at a marker, added to the bias of its body."""
+"""Force and torque at a marker, added to the bias of its body, and their work per length on deploying bodies."""
 
 from __future__ import annotations
 
-from femflex.arrays import Array, Record
+from femflex.arrays import Array, Record, Table
 from femflex.dynamics.bodies.shapes import combined, rows3
-from femflex.dynamics.lowering.layout import VARIES, W_P
-from femflex.dynamics.lowering.unit_block import WORKED
+from femflex.dynamics.layout.records import VARIES, W_P, body_of, header_of
+from femflex.dynamics.layout.variations import WORKED
 from femflex.kernels.compiled import inner
 from femflex.kernels.lanes import lane, put_lane
 from femflex.kernels.vectors import Matrix, Vector, add, cross, dot, load3, store_lane, sub, turn_back
@@ -50,3 +50,12 @@ def push_on_body(
             put_lane(work, b["pn"] + k, lane(work, b["pn"] + k) - power)
         if bends >= VARIES and b["unit"] > 0:
             pool[b["unit"] - WORKED] += power_per_length(b, force, torque_on_shapes, shape, spin, pool, work)
+
+
+@inner
+def clear_work_per_length(table: Table, pool: Array) -> None:
+    """Set the work per length [N] of forces at markers of deploying bodies to zero."""
+    for i in range(1, header_of(table)["n_bodies"]):
+        b = body_of(table, i)
+        if b["unit"] > 0:
+            pool[b["unit"] - WORKED] = 0.0

@@ -10,18 +10,18 @@ from __future__ import annotations
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.bodies.elastic import write_elastic_block, write_rows
 from femflex.dynamics.bodies.stiffening import add_varying_force
-from femflex.dynamics.forces.calls import apply_terms, call_relax, write_resistance
+from femflex.dynamics.forces.forces import apply_terms, call_relax, write_resistance
 from femflex.dynamics.joints.prescribed_motion import add_known_accelerations, prescribed_state
-from femflex.dynamics.lowering.layout import W_RESIST, W_TAU, body_of, header_of, term_of
-from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states, place_of_length
-from femflex.dynamics.motion.equations import (
+from femflex.dynamics.layout.records import W_RESIST, W_TAU, body_of, header_of, term_of
+from femflex.dynamics.rate.auxiliary_states import copy_auxiliary_states, place_of_length
+from femflex.dynamics.rate.rate import (
     call_constrain,
     call_length_steps,
     n_solutions,
     place_and_load,
     place_bodies,
 )
-from femflex.dynamics.motion.recursion import accelerate, reduce_written
+from femflex.dynamics.rate.recursion import accelerate, reduce_written
 from femflex.kernels.compiled import inner, kernel
 from femflex.kernels.lanes import lane, offset, pointer, put_lane, zero_lane
 from femflex.kernels.symbols import types

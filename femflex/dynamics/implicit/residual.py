@@ -5,20 +5,20 @@ from __future__ import annotations
 from femflex.arrays import Array, Table
 from femflex.dynamics.bodies.inertia import zero_forces
 from femflex.dynamics.constraints.rows import push_rows, subtract_general
-from femflex.dynamics.forces.calls import write_resistance
+from femflex.dynamics.forces.forces import write_resistance
 from femflex.dynamics.joints.prescribed_motion import (
     add_known_accelerations,
     is_prescribed_now,
     prescribed_state,
     write_prescribed_rows,
 )
-from femflex.dynamics.lowering import constraint_layout as layout
-from femflex.dynamics.lowering.constraint_layout import closing_of
-from femflex.dynamics.lowering.layout import W_BIAS, W_TAU, body_of, header_of
-from femflex.dynamics.motion.auxiliary_states import copy_auxiliary_states
-from femflex.dynamics.motion.equations import place_and_load, place_bodies
-from femflex.dynamics.motion.gathering import gather_residual
-from femflex.dynamics.motion.recursion import accelerate, reduce_to_root
+from femflex.dynamics.layout import constraint_records as layout
+from femflex.dynamics.layout.constraint_records import closing_of
+from femflex.dynamics.layout.records import W_BIAS, W_TAU, body_of, header_of
+from femflex.dynamics.rate.auxiliary_states import copy_auxiliary_states
+from femflex.dynamics.rate.gathering import gather_residual
+from femflex.dynamics.rate.rate import place_and_load, place_bodies
+from femflex.dynamics.rate.recursion import accelerate, reduce_to_root
 from femflex.kernels.compiled import kernel
 from femflex.kernels.lanes import pointer
 from femflex.kernels.pairs import put_pair, zero_pair

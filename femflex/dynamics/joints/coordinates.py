@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.joints.ball import advance_ball, ball_rates
-from femflex.dynamics.lowering.layout import BALL_NONE, BALL_QUATERNION, body_of, header_of
+from femflex.dynamics.layout.records import BALL_NONE, BALL_QUATERNION, body_of, header_of
 from femflex.kernels.compiled import inner, kernel
 from femflex.kernels.lanes import pointer
 from femflex.kernels.symbols import types

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from femflex.arrays import Array, IntArray
-from femflex.dynamics.lowering.layout import W_NEAR, body_records
+from femflex.dynamics.layout.records import W_NEAR, body_records
 from femflex.rotations import EULER_PARAMETERS
 from femflex.system import Joint, JointLaw, Latch, System
 from femflex.system.joint_coordinates import OPEN

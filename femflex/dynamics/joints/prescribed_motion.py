@@ -8,7 +8,7 @@ is what the hinge's wrench does along the freedom, less springs and other laws o
 from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.lowering.layout import W_ACC, W_BIAS, W_H, W_M, W_PIVOT, W_TAU, W_U, body_of, header_of, hold_of
+from femflex.dynamics.layout.records import W_ACC, W_BIAS, W_H, W_M, W_PIVOT, W_TAU, W_U, body_of, header_of, hold_of
 from femflex.kernels.compiled import inner
 from femflex.kernels.lanes import fourth, offset, plus, with_fourth
 from femflex.kernels.pairs import dot_pair, pair, put_pair

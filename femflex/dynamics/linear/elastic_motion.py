@@ -23,6 +23,7 @@ from scipy.linalg import eigh
 from femflex.arrays import Array, BoolArray, IntArray
 from femflex.body import FlexibleBody
 from femflex.dynamics.joints.places import prescribed_places
+from femflex.dynamics.layout.records import body_records
 from femflex.dynamics.linear.equations import linearised, stiffness
 from femflex.dynamics.linear.freedoms import (
     elastic_places,
@@ -32,7 +33,6 @@ from femflex.dynamics.linear.freedoms import (
     slack_of_loops,
 )
 from femflex.dynamics.linear.rigid_motions import BodyMotion, body_motions
-from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model, compile_system
 from femflex.system import Environment, Frame, LengthTable, System
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from femflex.arrays import Array, ComplexArray, IntArray
 from femflex.body import StrainTensors
+from femflex.dynamics.layout.records import BALL_NONE, body_records
 from femflex.dynamics.linear.freedoms import (
     frame_rate,
     free_directions,
@@ -27,7 +28,6 @@ from femflex.dynamics.linear.freedoms import (
 )
 from femflex.dynamics.linear.increments import displaced, jacobian
 from femflex.dynamics.linear.states import NARROW, STEP, StateEquations, state_equations
-from femflex.dynamics.lowering.layout import BALL_NONE, body_records
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model

@@ -13,8 +13,8 @@ import numpy as np
 from femflex.arrays import Array, BoolArray, IntArray
 from femflex.body import FlexibleBody
 from femflex.dynamics.joints.places import latch_places
-from femflex.dynamics.lowering.constraints import dependence_limit
-from femflex.dynamics.lowering.layout import body_records
+from femflex.dynamics.layout.constraints import dependence_limit
+from femflex.dynamics.layout.records import body_records
 from femflex.system import System
 
 if TYPE_CHECKING:

@@ -18,6 +18,7 @@ import numpy as np
 
 from femflex.arrays import Array, IntArray
 from femflex.dynamics.joints.places import law_places, prescribed_states
+from femflex.dynamics.layout.records import body_records
 from femflex.dynamics.linear.equations import rounding_forces
 from femflex.dynamics.linear.freedoms import (
     elastic_places,
@@ -27,7 +28,6 @@ from femflex.dynamics.linear.freedoms import (
     usual_sizes,
 )
 from femflex.dynamics.linear.increments import advanced
-from femflex.dynamics.lowering.layout import body_records
 from femflex.system import System
 
 if TYPE_CHECKING:

@@ -20,12 +20,12 @@ import numpy as np
 
 from femflex.arrays import Array, BoolArray, ComplexArray
 from femflex.body import FlexibleBody
+from femflex.dynamics.layout.records import body_records
 from femflex.dynamics.linear.freedoms import freedom_names, is_prescribed, usual_sizes
 from femflex.dynamics.linear.increments import advanced
 from femflex.dynamics.linear.states import STEP
-from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model
-from femflex.dynamics.reports.markers import base_attitude
+from femflex.dynamics.observe.markers import base_attitude
 from femflex.rotations import dcm_from_quaternion, vector_from_dcm
 
 MOTIONS = tuple(f"{kind} {axis}" for kind in ("translation", "rotation") for axis in "xyz")  # of a frame at rest

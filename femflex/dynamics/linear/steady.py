@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from femflex.arrays import Array, BoolArray, IntArray
+from femflex.dynamics.layout.records import body_records
 from femflex.dynamics.linear.equations import linear_stiffness, stiffness
 from femflex.dynamics.linear.freedoms import (
     closing_directions,
@@ -20,7 +21,6 @@ from femflex.dynamics.linear.freedoms import (
 from femflex.dynamics.linear.increments import advanced
 from femflex.dynamics.linear.states import settled_states, state_equations
 from femflex.dynamics.linear.still import controlled_rotors, frozen_system, with_coasting_rotors, without_damping
-from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model, compile_system
 from femflex.system import Effector, Environment, Frame, System
 

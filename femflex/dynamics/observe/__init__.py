@@ -1,0 +1,1 @@
+"""What a run reports, each subject a `Report` in a file of its own, which `dynamics.report.reports` discovers."""

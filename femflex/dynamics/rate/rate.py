@@ -1,0 +1,115 @@
+"""The equations of motion (9), compiled: rate of the state.
+
+Every function here has one fixed signature over flat arrays, so that nothing is compiled per model. What few models
+have stands behind an address in the header, and is compiled for these alone:
+
+CONSTRAIN     constrain(t, q, u, udot, stiff, table, pool, work)
+              Adds to udot (n_u,) what the multipliers of constraints give; stiff: 1 after the recursion of an implicit
+              step.
+LENGTHS       solve_lengths(t, k, q, u, udot, table, pool, work)
+              Before solution k of the accelerations: sets those of the free lengths, from the solution udot before.
+LENGTH_STEPS  step_lengths(t, k, q, v, vdot, out, c_d, table, pool, work)
+              The same before solution k of Newton's correction of vdot; out (n_u,) is the solution before.
+LEFT_OUT      write_left_out(t, q, u, table, pool, work)
+              Writes the sum of the terms of eq. (9) that are left out to `left_forces`: as forces on the coordinates
+              they cancel these terms.
+"""
+
+from __future__ import annotations
+
+from femflex.arrays import Array, Table
+from femflex.dynamics.bodies.inertia import deform
+from femflex.dynamics.bodies.varying import carry_material, write_varying_bodies
+from femflex.dynamics.forces.base_frame import move_base
+from femflex.dynamics.forces.forces import clear_all_joint_forces, push_coordinates, write_forces
+from femflex.dynamics.joints.coordinates import coordinate_rates
+from femflex.dynamics.joints.prescribed_motion import add_known_accelerations, prescribed_state
+from femflex.dynamics.layout.records import body_of, header_of
+from femflex.dynamics.rate.auxiliary_states import copy_auxiliary_states, write_auxiliary_rates
+from femflex.dynamics.rate.kinematics import place_body
+from femflex.dynamics.rate.recursion import accelerate, reduce_to_root
+from femflex.kernels.compiled import inner, kernel
+from femflex.kernels.entries import INTEGER, INTEGERS, NUMBERS, REAL, VOID, caller
+from femflex.kernels.lanes import offset, pointer
+from femflex.kernels.symbols import types
+
+_vector = types.float64[::1]
+RATE = types.void(types.float64, _vector, _vector, types.int64[::1], _vector, _vector)
+_OWN = (INTEGERS, NUMBERS, NUMBERS)  # table, pool, work
+CONSTRAIN = VOID(REAL, NUMBERS, NUMBERS, NUMBERS, INTEGER, *_OWN)
+LENGTHS = VOID(REAL, INTEGER, NUMBERS, NUMBERS, NUMBERS, *_OWN)
+LENGTH_STEPS = VOID(REAL, INTEGER, NUMBERS, NUMBERS, NUMBERS, NUMBERS, REAL, *_OWN)
+LEFT_OUT = VOID(REAL, NUMBERS, NUMBERS, *_OWN)
+call_constrain, call_lengths, call_length_steps, call_left_out = (
+    caller(kind) for kind in (CONSTRAIN, LENGTHS, LENGTH_STEPS, LEFT_OUT)
+)
+
+
+@inner
+def place_bodies(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
+    """Place every body at the state (q, u) and write its moments."""
+    move_base(t, table, pool, work)
+    if header_of(table)["n_varying"] > 0:
+        write_varying_bodies(t, table, pool, work)
+    for i in range(1, header_of(table)["n_bodies"]):
+        b = body_of(table, i)
+        place_body(b, body_of(table, b["parent"]), q, u, pool, work)
+        deform(b, pool, work)
+        if b["flows"]:
+            carry_material(b, pool, work)
+
+
+@inner
+def place_and_load(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
+    """Place every body at the state (q, u), and write all forces but those of constraints."""
+    head = header_of(table)
+    if head["left_out"] != 0:
+        call_left_out(head["left_out"], t, q, u, table, pool, work)
+    place_bodies(t, q, u, table, pool, work)
+    if head["constrain"] != 0:
+        clear_all_joint_forces(table, work)
+    write_forces(t, q, u, table, pool, work)
+    if head["left_out"] != 0:
+        push_coordinates(offset(work, head["left_forces"]), table, work)
+
+
+@inner
+def write_accelerations(t: float, q: Array, u: Array, udot: Array, table: Table, pool: Array, work: Array) -> None:
+    """Write udot of M udot + h = Q + A^T lambda, A udot = bdot - Adot u, with prescribed freedoms at their values."""
+    place_and_load(t, q, u, table, pool, work)
+    head = header_of(table)
+    if head["n_holds"] > 0:
+        add_known_accelerations(table, work)
+    forced = head["constrain"] != 0
+    reduce_to_root(table, pool, work, 0.0, 0.0, forced)
+    accelerate(table, work, udot, forced)
+    if forced:
+        call_constrain(head["constrain"], t, q, u, udot, 0, table, pool, work)
+
+
+@inner
+def n_solutions(table: Table) -> int:
+    """Solutions that the accelerations take: with n free lengths n + 1 trials, and that with the lengths' own."""
+    n = header_of(table)["n_free"]
+    return n + 2 if n > 0 else 1
+
+
+@kernel(RATE)
+def rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
+    """Write dx/dt of x = (q, u, z): qdot = N(q) u, M udot = Q - h + A^T lambda, and zdot, in O(n).
+
+    Prescribed freedoms have (sdot, sddot).
+    """
+    records, numbers, scratch = pointer(table), pointer(pool), pointer(work)
+    head = header_of(records)
+    q, u, dq, udot = pointer(x), offset(x, head["n_q"]), pointer(dx), offset(dx, head["n_q"])
+    copy_auxiliary_states(u, records, scratch)
+    if head["n_holds"] > 0:
+        q, u = prescribed_state(t, q, u, records, numbers, scratch)
+    for k in range(n_solutions(records)):
+        if head["n_free"] > 0:
+            call_lengths(head["solve_lengths"], t, k, q, u, udot, records, numbers, scratch)
+        write_accelerations(t, q, u, udot, records, numbers, scratch)
+    write_auxiliary_rates(offset(udot, head["n_u"]), records, numbers, scratch)
+    for i in range(1, head["n_bodies"]):
+        coordinate_rates(body_of(records, i), q, u, dq, numbers)
