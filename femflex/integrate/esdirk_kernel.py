@@ -54,6 +54,10 @@ STAGES = [
 ]
 EMBEDDED = "4586570599/29645900160 0 178811875/945068544 814220225/1159782912 -3700637/11593932 61727/225920"
 
+Calls = tuple[Projection, Call, Call, Call, Call]  # projection, rate, correct, kinematic, switch
+Tolerances = tuple[float, Array]  # relative and absolute
+Storage = tuple[Array, Array, Array, Array]  # resume state, kept vectors, stages and scratch
+
 
 @part
 def begin_stage(
@@ -74,21 +78,12 @@ def begin_stage(
 
 @part
 def stage(
-    correct: Call,
-    kinematic: Call,
-    arrays: ModelArrays,
-    s: int,
-    t: float,
-    h: float,
-    n_q: int,
-    rtol: float,
-    atol: Array,
-    state: Array,
-    x: Array,
-    k: Array,
-    scratch: Array,
+    calls: Calls, arrays: ModelArrays, s: int, t: float, h: float, n_q: int, tolerances: Tolerances, storage: Storage
 ) -> bool:
     """Whether Newton's method found stage s, scratch[Y] and k[s]; its matrix is M + (gamma h) D + (gamma h)^2 K."""
+    _, _, correct, kinematic, _ = calls
+    (rtol, atol), (state, vectors, k, scratch) = tolerances, storage
+    x = vectors[X]
     begin_stage(kinematic, arrays, s, t, h, n_q, x, k, scratch)
     y, base, change = scratch[Y], scratch[BASE], scratch[CHANGE]
     n_v = x.size - n_q
@@ -121,25 +116,15 @@ def stage(
 
 @part
 def stages(
-    correct: Call,
-    kinematic: Call,
-    arrays: ModelArrays,
-    span: Span,
-    h: float,
-    n_q: int,
-    rtol: float,
-    atol: Array,
-    state: Array,
-    vectors: Array,
-    k: Array,
-    scratch: Array,
+    calls: Calls, arrays: ModelArrays, span: Span, h: float, n_q: int, tolerances: Tolerances, storage: Storage
 ) -> bool:
     """Whether Newton's method found all stages of a step of size h; scratch[Y] is its end, scratch[E] its error."""
+    state, vectors, k, scratch = storage
     x = vectors[X]
     copy_vector(vectors[XDOT], k[0])
     for s in range(1, N_STAGES):
         t = clipped(state[head.T] + C[s] * h, span[1], span[2])
-        if not stage(correct, kinematic, arrays, s, t, h, n_q, rtol, atol, state, x, k, scratch):
+        if not stage(calls, arrays, s, t, h, n_q, tolerances, storage):
             return False
     for i in range(x.size):
         scratch[E, i] = 0.0
@@ -156,13 +141,13 @@ _SIGNATURE = ENDED(_CALLS, MODEL_ARRAYS, SPAN, INDICES, INTEGER, _SETTINGS, _STO
 
 @kernel(_SIGNATURE)
 def fill(
-    calls: tuple[Projection, Call, Call, Call, Call],
+    calls: Calls,
     arrays: ModelArrays,
     span: Span,
     renormalise: IntArray,
     n_q: int,
     settings: tuple[float, float, Array, float],
-    storage: tuple[Array, Array, Array, Array],
+    storage: Storage,
     times: Array,
     rows: Array,
     budget: int,
@@ -172,8 +157,9 @@ def fill(
     settings: fixed step, relative and absolute tolerance, the longest step. With a fixed step above 0 every step that
     converges is accepted and has that size. storage: resume state, kept vectors, stages and scratch
     """
-    projection, rate, correct, kinematic, switch = calls
+    projection, rate, _, kinematic, switch = calls
     fixed, rtol, atol, max_step = settings
+    tolerances = (rtol, atol)
     state, vectors, k, scratch = storage
     row = 0
     x, y = vectors[X], scratch[Y]
@@ -187,7 +173,7 @@ def fill(
 
         renew_coordinates(switch, kinematic, arrays, span, n_q, state, vectors)
         h = shortened_step(t, h_planned, span[0])
-        if not stages(correct, kinematic, arrays, span, h, n_q, rtol, atol, state, vectors, k, scratch):
+        if not stages(calls, arrays, span, h, n_q, tolerances, storage):
             newton_failed(0.5 * h, scratch[CHANGE], x, rtol, atol, state)
             continue
         t_new = span[0] if h == span[0] - t else t + h
@@ -195,7 +181,7 @@ def fill(
         t_inside = clipped(t_new, span[1], span[2])
         if not projected_end(rate, kinematic, projection, arrays, t_inside, h * SHRINK, n_q, y, k[5], state):
             continue
-        error = tested_error(h, 4, SHRINK, fixed, scratch[E], x, y, k[5], rtol, atol, state)
+        error = tested_error(h, 4, SHRINK, fixed, scratch[E], x, y, k[5], tolerances, state)
         if error < 0.0:
             continue
         copy_vector(x, vectors[X_OLD])

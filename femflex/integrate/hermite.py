@@ -130,11 +130,11 @@ def tested_error(
     x: Array,
     y: Array,
     ydot: Array,
-    rtol: float,
-    atol: Array,
+    tolerances: tuple[float, Array],
     state: Array,
 ) -> float:
     """Error of a trial step in units of the tolerance, 0 where steps are fixed; -1 where the step is rejected."""
+    rtol, atol = tolerances
     error = scaled_norm(e, x, y, rtol, atol)
     if fixed > 0.0 and math.isfinite(error):
         error = 0.0

@@ -8,6 +8,7 @@ from a uniform grid over the plane of projection.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,8 +31,55 @@ SAME_POINT = 1e-10  # of the whole extent: vertices that are closer are one
 FULL = -1  # result where there is no more room for pieces
 
 _stack, _rows, _vector = types.float64[:, :, ::1], types.float64[:, ::1], types.float64[::1]
-_integers = types.int64[:, ::1]
-LIT = types.int64(_stack, _vector, _vector, _integers, _stack, _rows, _rows, _stack, _rows, _stack, types.int64[::1])
+
+
+class Outlines(NamedTuple):
+    """Outlines in axes of markers.
+
+    corners   (c, 4, 3)  from the marker [m]; of a tube its ends come first
+    radius    (c,)       of tubes [m], 0 of flat outlines
+    gaps      (c,)       distance from its plane up to which outlines of the same body do not shade it [m]
+    numbers   (c, 4)     MARKER, FACET (-1: it only casts shadow), BODY, and CLOSED: whether its back is never lit
+    """
+
+    corners: Array
+    radius: Array
+    gaps: Array
+    numbers: IntArray
+
+
+class Room(NamedTuple):
+    """Scratch: projected outlines (c, 4, 3) and (c, N_PROJECTED), polygons (m, VERTICES, 2), whole numbers."""
+
+    corners: Array
+    projected: Array
+    polygons: Array
+    integers: IntArray
+
+
+class Pieces(NamedTuple):
+    """Polygons (m, VERTICES, 2), their numbers of vertices (m,), and marks of the outlines (c,)."""
+
+    polygons: Array
+    sizes: IntArray
+    marks: IntArray
+
+
+class Grid(NamedTuple):
+    """Cells per side of a grid over the unit square, and the outlines that each meets: members[start[cell]] and on."""
+
+    per_side: int
+    start: IntArray
+    members: IntArray
+
+
+LIT = types.int64(
+    types.NamedTuple((_stack, _vector, _vector, types.int64[:, ::1]), Outlines),
+    _stack,
+    _rows,
+    _rows,
+    types.NamedTuple((_stack, _rows, _stack, types.int64[::1]), Room),
+)
 
 
 @inner
@@ -164,15 +212,16 @@ def set_polygon(corners: Array, clockwise: bool, out: Array) -> int:
 
 
 @inner
-def place_corners(outlines: Array, radius: Array, numbers: IntArray, C: Array, place: Array, corners: Array) -> None:
+def place_corners(outlines: Outlines, C: Array, place: Array, corners: Array) -> None:
     """Write corners (c, 4, 3) in axes of the light from outlines in axes of markers; tubes become strips across it."""
-    for k in range(len(outlines)):
-        m, x = numbers[k, MARKER], corners[k]
+    radius = outlines.radius
+    for k in range(len(corners)):
+        m, x = outlines.numbers[k, MARKER], corners[k]
         for i in range(CORNERS):
             for a in range(3):
                 x[i, a] = place[m, a]
                 for b in range(3):
-                    x[i, a] += C[m, a, b] * outlines[k, i, b]
+                    x[i, a] += C[m, a, b] * outlines.corners[k, i, b]
         if radius[k] > 0.0:
             u, v = x[1, 1] - x[0, 1], x[0, 0] - x[1, 0]  # along the projected tube, turned by a right angle
             size = math.sqrt(u * u + v * v)
@@ -217,8 +266,9 @@ def project(x: Array, p: Array) -> None:
 
 
 @inner
-def sort_into_grid(projected: Array, per_side: int, start: IntArray, members: IntArray) -> bool:
-    """Fill the members of each cell of a grid, from start[cell] to start[cell + 1]; False where there is no room."""
+def sort_into_grid(projected: Array, grid: Grid) -> bool:
+    """Fill the members of each cell of a grid; False where there is no room."""
+    per_side, start, members = grid
     for cell in range(len(start)):
         start[cell] = 0
     for fill in range(2):  # first their number in each cell, then they themselves
@@ -274,23 +324,21 @@ def part_in_cell(polygons: Array, n: int, whole: bool, i: int, j: int, per_side:
 def lit_pieces(
     r: int,
     cells: tuple[int, int, int, int],
-    per_side: int,
     mark: int,
     gap: float,
     least: float,
-    projected: Array,
-    corners: Array,
     numbers: IntArray,
-    polygons: Array,
-    sizes: IntArray,
-    marks: IntArray,
-    start: IntArray,
-    members: IntArray,
+    room: Room,
+    pieces: Pieces,
+    grid: Grid,
 ) -> int:
     """Cut what lies in front of outline r in these cells out of the piece FIRST; the end of the pieces, or FULL.
 
     marks[k] = mark: of those that were looked at, and of r where one of them cut something out
     """
+    polygons, sizes, marks = pieces
+    per_side, start, members = grid
+    corners, projected = room.corners, room.projected
     p, end, i0, i1, j0, j1 = projected[r], FIRST + 1, cells[0], cells[1], cells[2], cells[3]
     steep = abs(p[COSINE])
     for i in range(i0, i1):
@@ -318,40 +366,25 @@ def lit_pieces(
 
 
 @kernel(LIT)
-def lit_parts(
-    outlines: Array,
-    radius: Array,
-    gaps: Array,
-    numbers: IntArray,
-    C: Array,
-    place: Array,
-    sums: Array,
-    corners: Array,
-    projected: Array,
-    polygons: Array,
-    scratch: IntArray,
-) -> int:
+def lit_parts(outlines: Outlines, C: Array, place: Array, sums: Array, room: Room) -> int:
     """Add projected area and first moment of the whole, and of its lit part, to sums (n_facets, 8); 0, or FULL.
 
-    outlines  (c, 4, 3)  corners from the marker, in its axes [m]; of a tube its ends come first
-    radius    (c,)       of tubes [m], 0 of flat outlines
-    gaps      (c,)       distance from its plane up to which outlines of the same body do not shade it [m]
-    numbers   (c, 4)     MARKER, FACET (-1: it only casts shadow), BODY, and CLOSED: whether its back is never lit
     C, place  (m, 3, 3), (m, 3)  marker components to axes of which the third points to the light, and places there
     sums      (1 + n_facets, 8)  the last row: least x, y, z and extent [m], in which the sums count; scratch
-    corners, projected, polygons, scratch   (c, 4, 3), (c, N_PROJECTED), (m, VERTICES, 2); whole numbers
     """
-    count, most, frame = len(outlines), len(polygons), sums[len(sums) - 1]
+    numbers, (corners, projected, polygons, integers) = outlines.numbers, room
+    count, most, frame = len(corners), len(polygons), sums[len(sums) - 1]
     per_side = max(1, int(math.sqrt(count)))
     n_cells = per_side * per_side
-    sizes, marks = scratch[:most], scratch[most : most + count]
-    start, members = scratch[most + count : most + count + n_cells + 1], scratch[most + count + n_cells + 1 :]
-    place_corners(outlines, radius, numbers, C, place, corners)
+    first, last = most + count, most + count + n_cells + 1
+    sizes, marks = integers[:most], integers[most:first]
+    pieces, grid = Pieces(polygons, sizes, marks), Grid(per_side, integers[first:last], integers[last:])
+    place_corners(outlines, C, place, corners)
     scale_corners(corners, frame)
     for k in range(count):
         project(corners[k], projected[k])
         marks[k] = 0
-    if not sort_into_grid(projected, per_side, start, members):
+    if not sort_into_grid(projected, grid):
         return FULL
     mark, lit = 0, frame[4:]
     for r in range(count):
@@ -373,10 +406,8 @@ def lit_parts(
                 if sizes[FIRST] < 3:
                     continue
                 mark += 1
-                end = lit_pieces(
-                    r, (i, i + di, j, j + dj), per_side, mark, gaps[r] / frame[3], least, projected, corners, numbers,
-                    polygons, sizes, marks, start, members,
-                )  # fmt: skip
+                cells, gap = (i, i + di, j, j + dj), outlines.gaps[r] / frame[3]
+                end = lit_pieces(r, cells, mark, gap, least, numbers, room, pieces, grid)
                 if end == FULL:
                     return FULL
                 touched = touched or marks[r] == mark
@@ -394,16 +425,17 @@ def lit_moments(
 ) -> Array:
     """Projected area and its first moment (n_facets, 2, 4) of facets, of the whole and of its lit part [m^2, m^3].
 
-    Arguments are those of `lit_parts`.
+    Arguments are those of `Outlines` and `lit_parts`.
     """
-    count, room = len(outlines), 256
+    count, most, given = len(outlines), 256, Outlines(outlines, radius, gaps, numbers)
     corners, projected = np.empty((count, CORNERS, 3)), np.empty((count, N_PROJECTED))
     while True:
         sums = np.zeros((n_facets + 1, 8))
-        polygons, scratch = np.empty((room, VERTICES, 2)), np.empty(room + 2 * count + 1 + 4 * (count + room), np.int64)
-        if lit_parts(outlines, radius, gaps, numbers, C, place, sums, corners, projected, polygons, scratch) != FULL:
+        integers = np.empty(most + 2 * count + 1 + 4 * (count + most), np.int64)
+        room = Room(corners, projected, np.empty((most, VERTICES, 2)), integers)
+        if lit_parts(given, C, place, sums, room) != FULL:
             break
-        room *= 4
+        most *= 4
     low, extent, out = sums[-1, :3], sums[-1, 3], sums[:-1].reshape(n_facets, 2, 4)
     out[:, :, 1:] = extent**2 * (extent * out[:, :, 1:] + low * out[:, :, :1])
     out[:, :, 0] *= extent**2
