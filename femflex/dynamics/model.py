@@ -334,9 +334,4 @@ def with_constraints(tree: Model) -> Model:
     constraints = build_constraints(tree.system, tree.workspace, tree.n_q, tree.n_u)
     x0 = assembled(constraints, tree.x0, characteristic_length(tree.system), tree.mass_matrix)
     tree.workspace.store_numbers()  # what play was taken up, and which pivots are lost
-    return replace(
-        tree,
-        constraints=constraints,
-        x0=x0,
-        project=project,
-    )
+    return replace(tree, constraints=constraints, x0=x0, project=project)

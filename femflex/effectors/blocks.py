@@ -264,12 +264,7 @@ def attitude_feedback(
         return Controller(name, SampledAttitude(P, D, J, limit, paths), period, paths, outputs)
     numbers = np.concatenate([[float(bool(momentum))], P.ravel(), D.ravel(), J.ravel(), [limit]])
     controller = Effector(
-        name,
-        block_kernels.attitude_feedback,
-        inputs=inputs,
-        channels=outputs,
-        parameters=numbers,
-        kind="controller",
+        name, block_kernels.attitude_feedback, inputs=inputs, channels=outputs, parameters=numbers, kind="controller"
     )
     off = np.concatenate([numbers[:1], np.zeros(27), numbers[28:]])
     return replace(controller, silent=partial(replace, controller, parameters=off))

@@ -8,12 +8,7 @@ markers is kept in the work array. Rows A u = b that a user's function writes ar
 from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.bodies.shapes import (
-    columns_times,
-    markers_motion,
-    six_lanes,
-    wrench_times_columns,
-)
+from femflex.dynamics.bodies.shapes import columns_times, markers_motion, six_lanes, wrench_times_columns
 from femflex.dynamics.bodies.slaves import write_marker_columns
 from femflex.dynamics.constraints.contact_rows import put_force, put_values, write_disc, write_edge
 from femflex.dynamics.layout import constraint_records as layout

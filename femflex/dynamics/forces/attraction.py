@@ -19,7 +19,7 @@ from femflex.arrays import Array, Record, Table
 from femflex.body.mass_points import MassPoints, points_of_moments
 from femflex.dynamics.bodies.shapes import combined
 from femflex.dynamics.forces.force_term import ForceTerm, Records
-from femflex.dynamics.forces.forces import A_ENERGY, A_SUPPLIED, APPLY, REPORT
+from femflex.dynamics.forces.forces import A_ENERGY, A_SUPPLIED, APPLY, REPORT, account_of
 from femflex.dynamics.forces.gravity import (
     beyond_gradient,
     find_center_of_mass,
@@ -180,26 +180,17 @@ def apply(
                     shape = g["shapes"] + 3 * b["wide"] * k
                 a, _ = attraction_at(item, mu, l, a0, add(p, turn_back(C, r)), third, pool)
                 force = scale(mass, turn(C, sub(a, a_out)))
-                push_on_body(b, force, ZERO, r, UNIT, g["bends"], shape, shape, pool, work)
+                push_on_body(b, force, ZERO, r, UNIT, (g["bends"], shape, shape), pool, work)
                 if g["along"] > 0 and b["unit"] > 0:
                     pool[b["unit"] - WORKED] += dot(force, velocity_per_rate)
 
 
 @entry(REPORT)
 def report(
-    t: float,
-    q: Array,
-    u: Array,
-    records: int,
-    n: int,
-    row: Array,
-    account: Array,
-    table: Table,
-    pool: Array,
-    work: Array,
+    t: float, q: Array, u: Array, records: int, n: int, row: Array, table: Table, pool: Array, work: Array
 ) -> None:
     """Potential energy of all points beyond that of the gradient form, and the power of a potential that moves."""
-    head = header_of(table)
+    head, account = header_of(table), account_of(table, work)
     c, l, a0, quadrupole = reference(table, pool, work)
     mu, free = pool[head["orbit_data"]], head["orbit"] == ORBIT_FREE
     for i in range(n):

@@ -10,6 +10,7 @@ from femflex.arrays import Array, Record, Table
 from femflex.dynamics.bodies.shapes import markers_motion
 from femflex.dynamics.forces.effector_functions import N_ACCOUNTS
 from femflex.dynamics.forces.effector_records import N_EFFECTOR, N_HANDLE, N_PORT, effector_at, handle_at, port_at
+from femflex.dynamics.forces.gravity import Origin
 from femflex.dynamics.forces.marker_forces import push_on_body
 from femflex.dynamics.layout.records import W_CIN, W_OMEGA, W_POS, W_TAU, W_VEL, body_of, header_of
 from femflex.kernels.compiled import inner
@@ -67,7 +68,7 @@ def write_signals(e: Record, table: Table, work: Array) -> None:
 
 @inner
 def write_inputs(
-    e: Record, first: int, q: Array, u: Array, origin: tuple[Vector, Vector], table: Table, pool: Array, work: Array
+    e: Record, first: int, q: Array, u: Array, origin: Origin, table: Table, pool: Array, work: Array
 ) -> None:
     """Write the inputs of an effector at the placed state, after those from `first` on."""
     if e["before"] < first:
@@ -106,7 +107,7 @@ def evaluate_effector(
     i: int,
     first: int,
     records: int,
-    origin: tuple[Vector, Vector],
+    origin: Origin,
     table: Table,
     pool: Array,
     work: Array,
@@ -130,7 +131,8 @@ def push_marker(p: Record, force: Vector, torque: Vector, table: Table, pool: Ar
     C_iN, r, T = load9(work, b["work"] + W_CIN), load3(work, p["motion"]), UNIT
     if p["bends"]:
         T = load9(work, p["motion"] + 3)
-    push_on_body(b, turn(C_iN, force), turn(C_iN, torque), r, T, p["bends"], p["shape"], p["spin"], pool, work)
+    rows = p["bends"], p["shape"], p["spin"]
+    push_on_body(b, turn(C_iN, force), turn(C_iN, torque), r, T, rows, pool, work)
 
 
 @inner

@@ -9,7 +9,7 @@ from femflex.dynamics.forces.effector_calls import apply_forces, correct, evalua
 from femflex.dynamics.forces.effector_functions import N_ACCOUNTS
 from femflex.dynamics.forces.effector_records import CRAFT, N_EFFECTOR, PLACE, effector_at, lowered
 from femflex.dynamics.forces.force_term import ForceTerm, Records
-from femflex.dynamics.forces.forces import A_DISSIPATION, A_ENERGY, A_SUPPLIED, APPLY, RELAX, REPORT
+from femflex.dynamics.forces.forces import A_DISSIPATION, A_ENERGY, A_SUPPLIED, APPLY, RELAX, REPORT, account_of
 from femflex.dynamics.forces.gravity import reference_motion
 from femflex.dynamics.layout.pool import Pool, Scratch
 from femflex.dynamics.layout.records import ORBIT_FREE, ORBIT_NONE, W_CIN, W_POS, W_VEL, body_of, header_of
@@ -67,19 +67,10 @@ def relax(
 
 @entry(REPORT)
 def report(
-    t: float,
-    q: Array,
-    u: Array,
-    records: int,
-    n: int,
-    row: Array,
-    account: Array,
-    table: Table,
-    pool: Array,
-    work: Array,
+    t: float, q: Array, u: Array, records: int, n: int, row: Array, table: Table, pool: Array, work: Array
 ) -> None:
     """Forces, torques, efforts, channels, power and accounts of every effector."""
-    position = 0
+    position, account = 0, account_of(table, work)
     origin = reference_motion(table, pool, work)
     place_craft(table, work)
     for i in range(n):

@@ -105,6 +105,8 @@ def tide(mu: float, s: Vector, r: Vector) -> tuple[Vector, float]:
     return a, -mu / s1 * (q * q * (2.0 + w) / (2.0 * w * (1.0 + w) ** 2) - 0.5 * rr / s2)
 
 
+Origin = tuple[Vector, Vector]  # position and velocity, inertial components, from which reported ones count
+
 NO_GRADIENT: Matrix = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -190,7 +192,7 @@ def local_field(b: Record, head: Record, l: Vector, strength: float, pool: Array
 
 
 @inner
-def reference_motion(table: Table, pool: Array, work: Array) -> tuple[Vector, Vector]:
+def reference_motion(table: Table, pool: Array, work: Array) -> Origin:
     """Return position and velocity, inertial components, of the origin of reported positions and velocities.
 
     With an eliminated translation this is the centre of mass (which sits at O); otherwise the base origin.

@@ -15,7 +15,7 @@ import numpy as np
 
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.forces.force_term import ForceTerm, Records
-from femflex.dynamics.forces.forces import A_DISSIPATION, A_ENERGY, APPLY, REPORT, RESIST
+from femflex.dynamics.forces.forces import A_DISSIPATION, A_ENERGY, APPLY, REPORT, RESIST, account_of
 from femflex.dynamics.joints.places import law_places
 from femflex.dynamics.layout.pool import Pool, Scratch
 from femflex.dynamics.layout.records import ENERGY_SPRING, W_RESIST, W_TAU, body_of, header_of, record_reader
@@ -142,10 +142,10 @@ def resist(
 
 @entry(REPORT)
 def report(
-    t: float, q: Array, u: Array, start: int, n: int, row: Array, account: Array, table: Table, pool: Array, work: Array
+    t: float, q: Array, u: Array, start: int, n: int, row: Array, table: Table, pool: Array, work: Array
 ) -> None:
     """Force of every law and elastic latch, the energy they store, and the power they take."""
-    z = offset(work, header_of(table)["z"])
+    z, account = offset(work, header_of(table)["z"]), account_of(table, work)
     for i in range(n):
         row[i] = 0.0
     for j in range(table[start]):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.bodies.shapes import combined, marker_velocity
 from femflex.dynamics.forces.force_term import ForceTerm, Records
-from femflex.dynamics.forces.forces import A_DRIFT, A_ENERGY, A_SHIFT, A_SUPPLIED, APPLY, REPORT
+from femflex.dynamics.forces.forces import A_DRIFT, A_ENERGY, A_SHIFT, A_SUPPLIED, APPLY, REPORT, account_of
 from femflex.dynamics.forces.marker_forces import push_on_body
 from femflex.dynamics.layout.pool import Pool, Scratch, add_marker
 from femflex.dynamics.layout.records import (
@@ -162,26 +162,17 @@ def apply(
     for i in range(first, last):
         load = load_at(table, records + N_LOAD * i)
         force, torque, r, T = load_wrench(t, load, table, pool, work)
-        push_on_body(
-            body_of(table, load["body"]), force, torque, r, T, load["bends"], load["shape"], load["spin"], pool, work
-        )
+        rows = load["bends"], load["shape"], load["spin"]
+        push_on_body(body_of(table, load["body"]), force, torque, r, T, rows, pool, work)
 
 
 @entry(REPORT)
 def report(
-    t: float,
-    q: Array,
-    u: Array,
-    records: int,
-    n: int,
-    row: Array,
-    account: Array,
-    table: Table,
-    pool: Array,
-    work: Array,
+    t: float, q: Array, u: Array, records: int, n: int, row: Array, table: Table, pool: Array, work: Array
 ) -> None:
     """Write force and torque of every load, body components, and its power; add its part to energy or supply."""
-    head, shift, drift = header_of(table), load3(account, A_SHIFT), load3(account, A_DRIFT)
+    head, account = header_of(table), account_of(table, work)
+    shift, drift = load3(account, A_SHIFT), load3(account, A_DRIFT)
     for i in range(n):
         load = load_at(table, records + N_LOAD * i)
         force, torque, r, T = load_wrench(t, load, table, pool, work)

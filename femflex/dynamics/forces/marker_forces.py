@@ -11,6 +11,8 @@ from femflex.kernels.lanes import lane, put_lane
 from femflex.kernels.vectors import Matrix, Vector, add, cross, dot, load3, store_lane, sub, turn_back
 from femflex.system.variation import PLACE
 
+Rows = tuple[int, int, int]  # how a marker moves, and the places of its rows phi and psi
+
 
 @inner
 def power_per_length(
@@ -25,22 +27,13 @@ def power_per_length(
 
 @inner
 def push_on_body(
-    b: Record,
-    force: Vector,
-    torque: Vector,
-    r: Vector,
-    T: Matrix,
-    bends: int,
-    shape: int,
-    spin: int,
-    pool: Array,
-    work: Array,
+    b: Record, force: Vector, torque: Vector, r: Vector, T: Matrix, rows: Rows, pool: Array, work: Array
 ) -> None:
     """Take a force and a torque at a marker off the body's bias: wrench at the origin, phi^T force + (T psi)^T torque.
 
     All in body components; r from the origin to the marker, T the tangent of its own turn.
     """
-    p, row = b["work"] + W_P, b["wide"]
+    p, row, (bends, shape, spin) = b["work"] + W_P, b["wide"], rows
     store_lane(work, p, sub(load3(work, p), force))
     store_lane(work, p + 4, sub(load3(work, p + 4), add(torque, cross(r, force))))
     if bends:

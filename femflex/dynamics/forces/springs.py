@@ -10,7 +10,7 @@ import numpy as np
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.bodies.shapes import combined, marker_velocity
 from femflex.dynamics.forces.force_term import ForceTerm, Records
-from femflex.dynamics.forces.forces import A_DISSIPATION, A_ENERGY, APPLY, REPORT
+from femflex.dynamics.forces.forces import A_DISSIPATION, A_ENERGY, APPLY, REPORT, account_of
 from femflex.dynamics.forces.marker_forces import push_on_body
 from femflex.dynamics.layout.constraint_records import ENDS
 from femflex.dynamics.layout.constraints import lower_ends
@@ -72,9 +72,9 @@ def apply_spring(s: Record, table: Table, pool: Array, work: Array) -> None:
     P, Q = body_of(table, s["parent"]), body_of(table, s["child"])
     if s["parent"] > 0:
         force = scale(pull, turn(load9(work, P["work"] + W_CIN), e))
-        push_on_body(P, force, ZERO, r_P, UNIT, s["bends_P"], s["shape_P"], s["spin_P"], pool, work)
+        push_on_body(P, force, ZERO, r_P, UNIT, (s["bends_P"], s["shape_P"], s["spin_P"]), pool, work)
     force = scale(-pull, turn(load9(work, Q["work"] + W_CIN), e))
-    push_on_body(Q, force, ZERO, r_Q, UNIT, s["bends_Q"], s["shape_Q"], s["spin_Q"], pool, work)
+    push_on_body(Q, force, ZERO, r_Q, UNIT, (s["bends_Q"], s["shape_Q"], s["spin_Q"]), pool, work)
 
 
 @entry(APPLY)
@@ -88,18 +88,10 @@ def apply(
 
 @entry(REPORT)
 def report(
-    t: float,
-    q: Array,
-    u: Array,
-    records: int,
-    n: int,
-    row: Array,
-    account: Array,
-    table: Table,
-    pool: Array,
-    work: Array,
+    t: float, q: Array, u: Array, records: int, n: int, row: Array, table: Table, pool: Array, work: Array
 ) -> None:
     """Length and tension of every spring; energy stored in all of them, and the power that their dampers take."""
+    account = account_of(table, work)
     for i in range(n):
         s = spring_at(table, records + N_SPRING * i)
         data = s["data"]

@@ -14,13 +14,7 @@ from femflex.dynamics.forces.forces import apply_terms, call_relax, write_resist
 from femflex.dynamics.joints.prescribed_motion import add_known_accelerations, prescribed_state
 from femflex.dynamics.layout.records import W_RESIST, W_TAU, body_of, header_of, term_of
 from femflex.dynamics.rate.auxiliary_states import copy_auxiliary_states, place_of_length
-from femflex.dynamics.rate.rate import (
-    call_constrain,
-    call_length_steps,
-    n_solutions,
-    place_and_load,
-    place_bodies,
-)
+from femflex.dynamics.rate.rate import call_constrain, call_length_steps, n_solutions, place_and_load, place_bodies
 from femflex.dynamics.rate.recursion import accelerate, reduce_written
 from femflex.kernels.compiled import inner, kernel
 from femflex.kernels.lanes import lane, offset, pointer, put_lane, zero_lane

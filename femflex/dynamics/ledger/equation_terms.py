@@ -130,18 +130,8 @@ EQUATION_TERMS = (  # in the order of the ledger's rows
         ),
         change_of_bodies(without_strain("V1"), "V1"),
     ),
-    EquationTerm(
-        "elastic_K2",
-        "K2 delta, quadratic in delta",
-        has_degree("V2"),
-        change_of_degree("elastic_K2", "V2"),
-    ),
-    EquationTerm(
-        "elastic_K3",
-        "K3 delta, cubic in delta",
-        has_degree("V3"),
-        change_of_degree("elastic_K3", "V3"),
-    ),
+    EquationTerm("elastic_K2", "K2 delta, quadratic in delta", has_degree("V2"), change_of_degree("elastic_K2", "V2")),
+    EquationTerm("elastic_K3", "K3 delta, cubic in delta", has_degree("V3"), change_of_degree("elastic_K3", "V3")),
     EquationTerm(
         "prestress",
         "f0, the force of an initial stress",

@@ -6,7 +6,7 @@ import math
 
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.bodies.varying import shape_motion
-from femflex.dynamics.forces.gravity import find_center_of_mass, gravity_field, inertia_along
+from femflex.dynamics.forces.gravity import Origin, find_center_of_mass, gravity_field, inertia_along
 from femflex.dynamics.joints.motion import spring_energy
 from femflex.dynamics.layout.records import (
     BALL_QUATERNION,
@@ -43,14 +43,12 @@ from femflex.kernels.vectors import (
 
 
 @inner
-def observe_energies(
-    q: Array, row: Array, shift: Vector, drift: Vector, table: Table, pool: Array, work: Array
-) -> None:
+def observe_energies(q: Array, row: Array, origin: Origin, table: Table, pool: Array, work: Array) -> None:
     """Orbit, attitude angles, energies, momenta and quaternion norm into the fixed part of a row.
 
     What force terms store stands there already.
     """
-    head = header_of(table)
+    head, (shift, drift) = header_of(table), origin
     mass = pool[head["mass"]]
     kinetic = elastic = spring = 0.0
     momentum, spin, center = ZERO, ZERO, ZERO

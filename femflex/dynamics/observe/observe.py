@@ -4,8 +4,16 @@ from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.bodies.shapes import combined, marker_velocity
-from femflex.dynamics.forces.forces import A_DISSIPATION, A_DRIFT, A_ENERGY, A_SHIFT, A_SUPPLIED, call_report
-from femflex.dynamics.forces.gravity import reference_motion
+from femflex.dynamics.forces.forces import (
+    A_DISSIPATION,
+    A_DRIFT,
+    A_ENERGY,
+    A_SHIFT,
+    A_SUPPLIED,
+    account_of,
+    call_report,
+)
+from femflex.dynamics.forces.gravity import Origin, reference_motion
 from femflex.dynamics.joints.prescribed_motion import prescribed_state
 from femflex.dynamics.layout.records import W_CIN, W_OMEGA, W_POS, W_VEL, body_of, header_of, marker_of, term_of
 from femflex.dynamics.observe.monitors import observe_energies
@@ -16,18 +24,7 @@ from femflex.kernels.compiled import inner, kernel
 from femflex.kernels.lanes import offset, pointer
 from femflex.kernels.symbols import types
 from femflex.kernels.turns import quaternion_of
-from femflex.kernels.vectors import (
-    Vector,
-    add,
-    cross,
-    load3,
-    load9,
-    store3,
-    store4,
-    sub,
-    transpose,
-    turn_back,
-)
+from femflex.kernels.vectors import Vector, add, cross, load3, load9, store3, store4, sub, transpose, turn_back
 
 _matrix, _vector, _integers = types.float64[:, ::1], types.float64[::1], types.int64[::1]
 OBSERVE = types.void(_vector, _matrix, _matrix, _integers, _vector, _vector)
@@ -44,14 +41,7 @@ def observe_body(b: Record, row: Array, position: int, shift: Vector, work: Arra
 
 @inner
 def observe_marker(
-    m: Record,
-    table: Table,
-    row: Array,
-    position: int,
-    shift: Vector,
-    drift: Vector,
-    pool: Array,
-    work: Array,
+    m: Record, row: Array, position: int, origin: Origin, table: Table, pool: Array, work: Array
 ) -> None:
     """Position and velocity of a marker, inertial components, and its deflection, body components."""
     b = body_of(table, m["body"])
@@ -61,35 +51,25 @@ def observe_marker(
     du = marker_velocity(pool, m["place"], m["shape"], m["bends"], b, work)
     r = add(load3(pool, m["place"]), u)
     v = add(load3(work, w + W_VEL), add(cross(load3(work, w + W_OMEGA), r), du))
-    store3(row, position + IN_MARKER.position, sub(add(load3(work, w + W_POS), turn_back(C, r)), shift))
-    store3(row, position + IN_MARKER.velocity, sub(turn_back(C, v), drift))
+    store3(row, position + IN_MARKER.position, sub(add(load3(work, w + W_POS), turn_back(C, r)), origin[0]))
+    store3(row, position + IN_MARKER.velocity, sub(turn_back(C, v), origin[1]))
     store3(row, position + IN_MARKER.deflection, u)
 
 
 @inner
 def observe_terms(
-    t: float,
-    q: Array,
-    u: Array,
-    row: Array,
-    position: int,
-    shift: Vector,
-    drift: Vector,
-    table: Table,
-    pool: Array,
-    work: Array,
+    t: float, q: Array, u: Array, row: Array, position: int, origin: Origin, table: Table, pool: Array, work: Array
 ) -> None:
-    """Write the channels of force terms into the row from `at` on, their energies and powers into its fixed part."""
-    head = header_of(table)
-    account = offset(work, head["account"])
-    store3(account, A_SHIFT, shift)
-    store3(account, A_DRIFT, drift)
+    """Write the channels of force terms into the row from a position on, energies and powers into its fixed part."""
+    head, account = header_of(table), account_of(table, work)
+    store3(account, A_SHIFT, origin[0])
+    store3(account, A_DRIFT, origin[1])
     for k in range(ROW.spring, FIXED_WIDTH):
         row[k] = 0.0
     for i in range(head["n_terms"]):
         term = term_of(table, i)
         account[A_ENERGY] = account[A_DISSIPATION] = account[A_SUPPLIED] = 0.0
-        call_report(term["report"], t, q, u, term["at"], term["n"], offset(row, position), account, table, pool, work)
+        call_report(term["report"], t, q, u, term["at"], term["n"], offset(row, position), table, pool, work)
         row[ROW.spring + term["energy"]] += account[A_ENERGY]
         row[ROW.dissipation] += account[A_DISSIPATION]
         row[ROW.supplied] += account[A_SUPPLIED]
@@ -108,14 +88,14 @@ def observe(times: Array, states: Array, rows: Array, table: Table, pool: Array,
         if head["n_holds"] > 0:
             q, u = prescribed_state(times[j], q, u, records, numbers, scratch)
         place_bodies(times[j], q, u, records, numbers, scratch)
-        shift, drift = reference_motion(records, numbers, scratch)
+        origin = reference_motion(records, numbers, scratch)
         position = FIXED_WIDTH + BODY_WIDTH * (head["n_bodies"] - 1) + MARKER_WIDTH * head["n_markers"]
-        observe_terms(times[j], q, u, row, position, shift, drift, records, numbers, scratch)
-        observe_energies(q, row, shift, drift, records, numbers, scratch)
+        observe_terms(times[j], q, u, row, position, origin, records, numbers, scratch)
+        observe_energies(q, row, origin, records, numbers, scratch)
         position = FIXED_WIDTH
         for i in range(1, head["n_bodies"]):
-            observe_body(body_of(records, i), row, position, shift, scratch)
+            observe_body(body_of(records, i), row, position, origin[0], scratch)
             position += BODY_WIDTH
         for i in range(head["n_markers"]):
-            observe_marker(marker_of(records, i), records, row, position, shift, drift, numbers, scratch)
+            observe_marker(marker_of(records, i), row, position, origin, records, numbers, scratch)
             position += MARKER_WIDTH

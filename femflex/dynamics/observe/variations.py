@@ -144,11 +144,7 @@ def drum_report(
 
 
 def section_report(
-    model: Model,
-    k: int,
-    table: LengthTable,
-    at_length: tuple[float, float, float],
-    acting: Sequence[tuple[str, Array]],
+    model: Model, k: int, table: LengthTable, at_length: tuple[float, float, float], acting: Sequence[tuple[str, Array]]
 ) -> dict[str, Array]:
     """Return the forces in the sections of body record k, at the state that was gathered last.
 

@@ -117,10 +117,7 @@ def sun(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> None:
     elif p[SOURCE] == ORBITAL:
         up = load3(seen, 0)
         normal = cross(up, load3(seen, 3))
-        up, normal = (
-            scale(1.0 / math.sqrt(dot(up, up)), up),
-            scale(1.0 / math.sqrt(dot(normal, normal)), normal),
-        )
+        up, normal = (scale(1.0 / math.sqrt(dot(up, up)), up), scale(1.0 / math.sqrt(dot(normal, normal)), normal))
         ahead = cross(normal, up)
         direction = add(scale(direction[0], normal), add(scale(direction[1], up), scale(direction[2], ahead)))
     if p[ECLIPSE] > 0.0:
