@@ -46,7 +46,7 @@ class Sections(Protocol):
     ) -> dict[str, Array]:
         """Values (k,) by name.
 
-        length: L, its rate and its acceleration; motion: of the body (`femflex.dynamics.observe.material.BodyMotion`);
+        length: L, its rate and its acceleration; motion: of the body (`femflex.dynamics.observe.sections.BodyMotion`);
         attached: marker and force on what is attached to it, body components.
         """
 

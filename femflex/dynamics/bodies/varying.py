@@ -24,12 +24,24 @@ from femflex.dynamics.bodies.shapes import (
     zero_rows9,
 )
 from femflex.dynamics.bodies.stiffening import varying_energy, write_varying_stiffness
-from femflex.dynamics.layout.records import W_OMEGA, W_P, body_of, header_of
+from femflex.dynamics.layout.records import LENGTH_SLOT, LENGTH_Z, W_OMEGA, W_P, body_of, header_of
 from femflex.kernels.compiled import inner
 from femflex.kernels.entries import call_user
 from femflex.kernels.lanes import lane, offset, plus, put_lane, total, zero_lane
 from femflex.kernels.pairs import add_pair, pair_of
+from femflex.kernels.profiles import profile_at
 from femflex.kernels.vectors import Vector, add, add9, cross, dot, load3, load9, scale, store3, store9
+from femflex.system.length_table import HEAD
+
+
+@inner
+def length_motion(t: float, b: Record, table: Table, pool: Array, work: Array) -> Vector:
+    """The length of a body that deploys, its rate and its acceleration: by its states, or at t."""
+    numbers = offset(pool, b["numbers"])
+    if b["free_length"]:
+        z, k = header_of(table)["z"], int(numbers[LENGTH_Z])
+        return work[z + k], work[z + k + 1], work[z + int(numbers[LENGTH_SLOT])]
+    return profile_at(t, HEAD, numbers)
 
 
 @inner

@@ -17,16 +17,15 @@ from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.bodies.shapes import markers_motion
+from femflex.dynamics.bodies.varying import length_motion
 from femflex.dynamics.constraints.rows import push_rows, row_of
+from femflex.dynamics.forces.effector_calls import solve_small
 from femflex.dynamics.forces.marker_forces import clear_work_per_length, power_per_length
 from femflex.dynamics.layout import constraint_records as layout
 from femflex.dynamics.layout.constraint_records import closing_of, constraint_of
 from femflex.dynamics.layout.records import (
     HEADER,
     LENGTH_DRUM_MASS,
-    LENGTH_PICKUP,
-    LENGTH_SLOT,
-    LENGTH_STRAIN,
     LENGTH_Z,
     N_HEADER,
     VARIES,
@@ -36,7 +35,7 @@ from femflex.dynamics.layout.records import (
 from femflex.dynamics.layout.variations import WORKED
 from femflex.dynamics.layout.written_blocks import write_block
 from femflex.dynamics.rate.auxiliary_states import copy_auxiliary_states, place_of_length
-from femflex.dynamics.rate.drum_force import drum_force, strain_force
+from femflex.dynamics.rate.drum_force import drum_force
 from femflex.dynamics.rate.gathering import gather_residual
 from femflex.dynamics.rate.rate import LENGTH_STEPS, LENGTHS, place_and_load
 from femflex.kernels.compiled import inner
@@ -55,15 +54,13 @@ def link_free_lengths(table: Table) -> None:
 
 
 @inner
-def write_unit_blocks(table: Table, pool: Array, work: Array) -> None:
-    """Write the block of a unit rate of the length of every body whose length is free."""
-    head = header_of(table)
-    for i in range(1, head["n_bodies"]):
+def write_unit_blocks(t: float, table: Table, pool: Array, work: Array) -> None:
+    """Write the block of a unit rate of the length of every body that has a length."""
+    for i in range(1, header_of(table)["n_bodies"]):
         b = body_of(table, i)
-        if b["free_length"]:
-            numbers = offset(pool, b["numbers"])
-            L = work[head["z"] + int(numbers[LENGTH_Z])]
-            write_block((L, 1.0, 0.0), numbers, offset(pool, b["unit"]))
+        if b["unit"] > 0:
+            L = length_motion(t, b, table, pool, work)[0]
+            write_block((L, 1.0, 0.0), offset(pool, b["numbers"]), offset(pool, b["unit"]))
 
 
 @inner
@@ -106,16 +103,23 @@ def write_imbalance_entries(column: int, table: Table, pool: Array, work: Array)
     for i in range(1, head["n_bodies"]):
         b = body_of(table, i)
         if b["free_length"]:
-            numbers = offset(pool, b["numbers"])
-            z, slot = int(numbers[LENGTH_Z]), int(numbers[LENGTH_SLOT])
-            rate, acceleration = work[head["z"] + z + 1], work[head["z"] + slot]
-            pickup = b["unit"] + int(numbers[LENGTH_PICKUP]) if numbers[LENGTH_PICKUP] >= 0.0 else -1
-            imbalance = drum_force(i, rate, acceleration, pickup, table, pool, work)
-            if numbers[LENGTH_STRAIN] >= 0.0:
-                imbalance += strain_force(b, b["unit"] + int(numbers[LENGTH_STRAIN]), pool, work)
-            imbalance += numbers[LENGTH_DRUM_MASS] * acceleration - work[head["zdot"] + z + 1]
+            numbers, (_, rate, acceleration) = offset(pool, b["numbers"]), length_motion(0.0, b, table, pool, work)
+            imbalance = drum_force(i, rate, acceleration, table, pool, work) + numbers[LENGTH_DRUM_MASS] * acceleration
+            imbalance -= work[head["zdot"] + int(numbers[LENGTH_Z]) + 1]
             work[head["needs"] + (n + 1) * k + column] = imbalance
             k += 1
+
+
+@inner
+def gather_with_lengths(
+    t: float, q: Array, u: Array, udot: Array, out: Array, table: Table, pool: Array, work: Array
+) -> None:
+    """Gather the residual (n_u,) of a motion, with constraints' forces, and the work per length at moving markers."""
+    clear_work_per_length(table, pool)
+    place_and_load(t, q, u, table, pool, work)
+    push_rows(table, work)
+    add_constraint_work(table, pool, work)
+    gather_residual(udot, out, table, pool, work)
 
 
 @inner
@@ -125,26 +129,8 @@ def write_imbalance(t: float, q: Array, u: Array, udot: Array, k: int, table: Ta
     Lengths accelerate as their slots say, and constraints have the multipliers that were solved for. The first trial
     stands in the last column.
     """
-    clear_work_per_length(table, pool)
-    place_and_load(t, q, u, table, pool, work)
-    push_rows(table, work)
-    add_constraint_work(table, pool, work)
-    gather_residual(udot, offset(work, header_of(table)["lack"]), table, pool, work)
+    gather_with_lengths(t, q, u, udot, offset(work, header_of(table)["lack"]), table, pool, work)
     write_imbalance_entries(k - 1 if k > 0 else int(header_of(table)["n_free"]), table, pool, work)
-
-
-@inner
-def solve_dense(a: Array, n: int) -> None:
-    """Solve A x = b for [A | b] (n, n + 1) in place, A with a positive definite part; x in the last column."""
-    for k in range(n):
-        for i in range(k + 1, n):
-            factor = a[(n + 1) * i + k] / a[(n + 1) * k + k]
-            for j in range(k, n + 1):
-                a[(n + 1) * i + j] -= factor * a[(n + 1) * k + j]
-    for k in range(n - 1, -1, -1):
-        for j in range(k + 1, n):
-            a[(n + 1) * k + n] -= a[(n + 1) * k + j] * a[(n + 1) * j + n]
-        a[(n + 1) * k + n] /= a[(n + 1) * k + k]
 
 
 @inner
@@ -157,7 +143,7 @@ def solve_accelerations(table: Table, work: Array) -> None:
         for k in range(n):
             work[row + k] -= work[row + n]
         work[row + n] = -work[row + n]
-    solve_dense(offset(work, needs), n)
+    solve_small(offset(work, needs), n)
     for k in range(n):
         work[slots + k] = work[needs + (n + 1) * k + n]
 
@@ -168,7 +154,7 @@ def solve_lengths(t: float, k: int, q: Array, u: Array, udot: Array, table: Tabl
     head = header_of(table)
     n, slots = head["n_free"], head["z"] + head["n_z"]
     if k == 0:
-        write_unit_blocks(table, pool, work)
+        write_unit_blocks(t, table, pool, work)
     else:
         write_imbalance(t, q, u, udot, k - 1, table, pool, work)
     if k > n:
@@ -199,7 +185,7 @@ def solve_length_changes(z: Array, zdot: Array, c_d: float, table: Table, pool: 
             work[row + k] = (work[row + k] - work[row + n]) / step
     for k in range(n):
         work[needs + (n + 1) * k + n] = -work[needs + (n + 1) * k + n]
-    solve_dense(offset(work, needs), n)
+    solve_small(offset(work, needs), n)
     for k in range(n):
         work[slots + k] = zdot[place_of_length(k, table, pool) + 1] + work[needs + (n + 1) * k + n]
 
@@ -235,4 +221,4 @@ def step_lengths(
         z[place], z[place + 1] = z[place] + c_d * c_d * step, z[place + 1] + c_d * step
         work[slots + k - 1] += step
     copy_auxiliary_states(v, table, work)
-    write_unit_blocks(table, pool, work)
+    write_unit_blocks(t, table, pool, work)

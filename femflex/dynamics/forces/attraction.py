@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from femflex.arrays import Array, Record, Table
 from femflex.body.mass_points import MassPoints, points_of_moments
 from femflex.dynamics.bodies.shapes import combined
+from femflex.dynamics.bodies.varying import length_motion
 from femflex.dynamics.forces.force_term import ForceTerm, Records
 from femflex.dynamics.forces.forces import A_ENERGY, A_SUPPLIED, APPLY, REPORT, account_of
 from femflex.dynamics.forces.gravity import (
@@ -38,12 +39,10 @@ from femflex.effectors.surroundings.sun import AU, sun_of_date
 from femflex.kernels.compiled import inner
 from femflex.kernels.entries import entry
 from femflex.kernels.lanes import offset, padded
-from femflex.kernels.profiles import profile_at
 from femflex.kernels.vectors import UNIT, ZERO, Vector, add, dot, load3, load9, scale, sub, turn, turn_back
 from femflex.system import MovingPoints, System
 from femflex.system.attraction import is_integrated, moving_points_of
 from femflex.system.environment import THIRD_BODIES
-from femflex.system.length_table import HEAD
 
 ITEM = np.dtype([(name, "i8") for name in ("kind", "bodies", "n_bodies", "data", "highest")])
 # data: pool, J_n R_e^n up to the highest degree; of a third body its mu, and the epoch
@@ -74,15 +73,6 @@ def reference(table: Table, pool: Array, work: Array) -> tuple[Vector, Vector, f
     J_l, trace = inertia_along(l, c, table, pool, work)
     pull = add(scale(-3.0 * trace + 15.0 * dot(l, J_l), l), scale(-6.0, J_l))
     return c, l, a0, scale(0.5 * pool[head["orbit_data"]] / (a0**4 * pool[head["mass"]]), pull)
-
-
-@inner
-def length_of(t: float, b: Record, table: Table, pool: Array, work: Array) -> float:
-    """The length of a body that deploys, at t or by its state."""
-    numbers = offset(pool, b["numbers"])
-    if numbers[7] > 0.0:
-        return work[header_of(table)["z"] + int(numbers[8])]
-    return profile_at(t, HEAD, numbers)[0]
 
 
 @inner
@@ -169,7 +159,7 @@ def apply(
             for k in range(g["n"]):
                 if g["along"] > 0:
                     r, mass, velocity_per_rate, shape = moving_point(
-                        g, k, length_of(t, b, table, pool, work), b, pool, work
+                        g, k, length_motion(t, b, table, pool, work)[0], b, pool, work
                     )
                 else:
                     r, mass, velocity_per_rate = (
@@ -206,7 +196,7 @@ def report(
             p = sub(load3(work, b["work"] + W_POS), c)
             for k in range(g["n"]):
                 if g["along"] > 0:
-                    r, mass, _, _ = moving_point(g, k, length_of(t, b, table, pool, work), b, pool, work)
+                    r, mass, _, _ = moving_point(g, k, length_motion(t, b, table, pool, work)[0], b, pool, work)
                 else:
                     r, mass = position_of_point(g, k, pool, work, table), pool[g["points"] + 4 * k]
                 d = add(p, turn_back(C, r))

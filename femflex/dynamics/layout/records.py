@@ -134,6 +134,8 @@ BODY = np.dtype(
             "free_length",  # 1: its length is a state, whose acceleration follows from the force on it
             "unit",  # pool: its block at a unit rate of the length
             "accel_all",  # work (wide): accelerations of all shapes
+            "pickup", "growth",  # pool: density at the exit, arriving mass (see Block); 0: none, as for the next ones
+            "stiffness_rate", "f0_rate", "strain_rate",  # pool: rates of V1 and f0, of the table of V2 and V3
         )
     ]
 )  # fmt: skip
@@ -166,7 +168,7 @@ MARKER = np.dtype([(name, "i8") for name in ("body", "place", "shape", "spin", "
 ORBIT_NONE, ORBIT_SPECIFIED, ORBIT_FREE = 0, 1, 2
 FRAME_INERTIAL, FRAME_ORBITAL, FRAME_SPINNING = 0, 1, 2
 STAYS, BENDS, TURNS = 0, 1, 2  # a marker: not at all; by exp(psi delta); as a section of a beam (`section_turns`)
-LENGTH_Z, LENGTH_SLOT, LENGTH_PICKUP, LENGTH_STRAIN, LENGTH_DRUM_MASS = 8, 9, 10, 11, 12  # numbers of a LengthTable
+LENGTH_Z, LENGTH_SLOT, LENGTH_DRUM_MASS = 8, 9, 12  # numbers of a LengthTable
 VARIES = 4  # added: its place and its rows change with time, and their rates stand behind them
 BALL_NONE, BALL_QUATERNION, BALL_ANGLES, BALL_EXTRINSIC, BALL_RODRIGUES, BALL_MODIFIED = 0, 1, 2, 3, 4, 5
 ENERGY_SPRING, ENERGY_LOAD, ENERGY_EFFECTOR = 0, 1, 2  # what the stored energy of a force term counts to

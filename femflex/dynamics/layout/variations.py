@@ -45,14 +45,15 @@ def lower_variation(
     if isinstance(variation.write, LengthTable):
         record["unit"] = pool.add_unshared(np.zeros(WORKED + layout.size)) + WORKED
     if isinstance(variation.write, LengthTable) and isinstance(variation.write.length, str):
-        pickup = layout.pickup if "pickup" in variation.acting else -1
-        strain = layout.strain_rate if "strain" in variation.acting else -1
-        numbers[7:12] = 1, list(states).index(variation.write.length), slot, pickup, strain
+        numbers[7:10] = 1, list(states).index(variation.write.length), slot
         record["free_length"] = 1
-        record["accel_all"] = scratch.take(int(record["wide"]))
     record["numbers"] = pool.add_unshared(numbers)
     record["write"] = function_address(name, variation.write, len(states), len(numbers), layout.size)
     parts, wide = variation.acting, int(record["wide"])
+    record["accel_all"] = scratch.take(wide)
+    rates = ("pickup", "pickup"), ("growth", "growth"), ("stiffness_rate", "stiffness"), ("f0_rate", "stiffness")
+    for key, part in (*rates, ("strain_rate", "strain")):
+        record[key] = block + getattr(layout, key) if part in parts else 0
     if "mass" in parts:
         record["derived"], record["orthonormal"] = 1, 0
         record["mass"], record["first"], record["second"] = (

@@ -14,19 +14,52 @@ from __future__ import annotations
 
 import numpy as np
 
-from femflex.arrays import Array
-from femflex.dynamics.observe.material import (
-    BodyMotion,
-    half_speed_rate,
-    moving_power,
-    shape_form,
-    speed_form,
-    stiffness_power,
-    strain_power,
-)
+from femflex.arrays import Array, Table
+from femflex.dynamics.bodies.varying import length_motion
+from femflex.dynamics.constraints.free_lengths import gather_with_lengths, write_unit_blocks
+from femflex.dynamics.joints.prescribed_motion import prescribed_state
+from femflex.dynamics.layout.records import body_of, header_of
 from femflex.dynamics.observe.row import worded
-from femflex.system import Block, Channel, LengthTable, System
-from femflex.system.variation import COLUMNS
+from femflex.dynamics.rate.auxiliary_states import copy_auxiliary_states
+from femflex.dynamics.rate.drum_force import change_power, drum_force, exit_density
+from femflex.kernels.compiled import kernel
+from femflex.kernels.lanes import offset, pointer
+from femflex.kernels.symbols import types
+from femflex.system import Channel, LengthTable, System
+
+_vector, _rows = types.float64[::1], types.float64[:, ::1]
+CHANGES = types.void(types.float64, _vector, _vector, _vector, _rows, types.int64[::1], _vector, _vector)
+N_CHANGES = 8  # numbers of a body, as `gather_changes` writes them
+
+
+@kernel(CHANGES)
+def gather_changes(
+    t: float, q: Array, u: Array, udot: Array, out: Array, table: Table, pool: Array, work: Array
+) -> None:
+    """out (n_bodies, N_CHANGES): mass, power of the change; length, rate, acceleration, drum force, exit densities.
+
+    Of bodies without a length all numbers after the power are zero, of those with one the power. The last two are kappa
+    and that of a member that is not deflected. Multipliers of constraints and accelerations of free lengths are those
+    of `rate` at the same state. The motion of all bodies and the forces in joints are left in the work array.
+    """
+    records, numbers, scratch = pointer(table), pointer(pool), pointer(work)
+    x, v, rates, head = pointer(q), pointer(u), pointer(udot), header_of(records)
+    copy_auxiliary_states(v, records, scratch)
+    if head["n_holds"] > 0:
+        x, v = prescribed_state(t, x, v, records, numbers, scratch)
+    write_unit_blocks(t, records, numbers, scratch)
+    gather_with_lengths(t, x, v, rates, offset(scratch, head["moved_u"]), records, numbers, scratch)
+    for i in range(1, head["n_bodies"]):
+        b = body_of(records, i)
+        out[i, 0] = numbers[b["mass"]]
+        if b["unit"] > 0:
+            L, U, acceleration = length_motion(t, b, records, numbers, scratch)
+            out[i, 2], out[i, 3], out[i, 4] = L, U, acceleration
+            out[i, 5] = drum_force(i, U, acceleration, records, numbers, scratch)
+            if b["flows"] and b["pickup"] > 0:
+                out[i, 6], out[i, 7] = exit_density(b, numbers, scratch), numbers[b["pickup"] + b["unit"] - b["block"]]
+        elif b["varies"]:
+            out[i, 1] = change_power(i, records, numbers, scratch)
 
 
 def lengths_of(system: System) -> dict[str, LengthTable]:
@@ -35,7 +68,7 @@ def lengths_of(system: System) -> dict[str, LengthTable]:
     return {name: table for name, table in tables.items() if isinstance(table, LengthTable)}
 
 
-CHANNELS = {  # as `drum_row` gives their values
+CHANNELS = {  # as `drum_values` gives their values
     "length": Channel("m", "deployed length of {name}"),
     "length_rate": Channel("m/s", "rate of the deployed length of {name}"),
     "length_acceleration": Channel("m/s^2", "acceleration of the deployed length of {name}"),
@@ -56,49 +89,8 @@ def drum_channels(name: str, table: LengthTable) -> dict[str, Channel]:
     }
 
 
-def section_channels(name: str, table: LengthTable) -> dict[str, Channel]:
-    """Channels of the forces in that body's sections, if it has any."""
-    if table.sections is None:
-        return {}
-    stations = tuple(f"{xi:g}" for xi in table.sections.stations)
-    text = "{} of {} at stations by their distance from the exit over the length"
-    return {
-        f"bodies/{name}/{key}": Channel(unit, text.format(meaning, name), (len(stations),), stations)
-        for key, (unit, meaning) in table.sections.resultants.items()
-    }
-
-
-def drum_row(
-    b: np.void,
-    layout: Block,
-    table: LengthTable,
-    unit: Array,
-    motion: BodyMotion,
-    length: tuple[float, float, float],
-    marker_force: float,
-    parts: tuple[str, ...],
-    power: float,
-) -> tuple[float, ...]:
-    """Values of CHANNELS of body record b.
-
-    unit: the pool with the block of a unit rate of the length; length: L, U and its rate; carried: generalised force
-    of what stands on markers that move; power: what the change gives to the system.
-    """
-    L, U, acceleration = length
-    block, y, flux, kappa = int(b["block"]), motion.y, 0.0, 0.0
-    force = marker_force
-    if "pickup" in parts:
-        start, zero = block + layout.pickup_shapes, float(unit[block + layout.pickup])
-        kappa, flux = shape_form(start, zero, int(b["n_shapes"]), unit, y, y), zero * U * U
-    if "flow" in parts:
-        force += moving_power(b, unit, motion) + speed_form(b, unit, y, 2.0 * U * motion.dy + acceleration * y)
-        force += U * U * half_speed_rate(b, unit, y) + 0.5 * U * abs(U) * kappa
-    if "stiffness" in parts:
-        delta = y[1 : 1 + int(b["n"])]
-        force += stiffness_power(block + layout.stiffness_rate, block + layout.f0_rate, int(b["n"]), unit, delta)
-    if "strain" in parts:
-        n = int(b["n"])
-        force += strain_power(block + layout.strain_rate, n, int(b["n_blocks"]), COLUMNS, unit, y[1 : 1 + n])
-    loss = 0.5 * abs(U) ** 3 * kappa if "flow" in parts else 0.0
-    torque = 0.0 if table.drum_radius is None else force * table.drum_radius
-    return L, U, acceleration, force, power + loss, loss, flux, torque
+def drum_values(table: LengthTable, changes: Array) -> list[Array]:
+    """Values (n_t,) of CHANNELS from what `gather_changes` has written of a body, (N_CHANGES, n_t)."""
+    _, _, L, U, acceleration, force, kappa, density = changes
+    torque = 0.0 * force if table.drum_radius is None else force * table.drum_radius
+    return [L, U, acceleration, force, force * U, 0.5 * np.abs(U) ** 3 * kappa, density * U**2, torque]

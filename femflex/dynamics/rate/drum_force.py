@@ -1,4 +1,6 @@
-"""Compiled force of the drum of a deploying body (see `femflex.dynamics.observe.drum`), for free lengths.
+"""Compiled force of the drum of a deploying body, and power of the change of a body that varies.
+
+The force is derived in `femflex.dynamics.observe.drum`, the power in `femflex.dynamics.observe.variations`.
 
 Everything is read at a state whose accelerations and joint wrenches were gathered last. The block of a unit rate of the
 length stands at `unit`, laid out as the body's own; `off` leads from a place in the one to that in the other.
@@ -20,7 +22,9 @@ from femflex.dynamics.layout.records import (
     W_CIP,
     W_OMEGA,
     W_P,
+    W_POS,
     W_R,
+    W_VEL,
     body_of,
     header_of,
 )
@@ -39,6 +43,7 @@ from femflex.kernels.vectors import (
     load_rows,
     scale,
     sub,
+    transpose,
     turn,
     turn_back,
 )
@@ -168,11 +173,11 @@ def joint_force_at_Q(b: Record, shift: int, pool: Array, work: Array) -> float:
 
 @inner
 def stiffness_force(b: Record, shift: int, pool: Array, work: Array) -> float:
-    """dV/dL at fixed coordinates."""
-    n, row, delta = b["n"], b["row"], b["delta"]
-    V1 = b["stiffness"] + shift + n * row + row  # rates stand behind V1 and f0
+    """dV/dL, or dV/dt, at fixed coordinates, of the energy of V1 and f0."""
+    n, row, delta, V1, f0 = b["n"], b["row"], b["delta"], b["stiffness_rate"] + shift, b["f0_rate"] + shift
     force = 0.0
     for j in range(n):
+        force += work[delta + j] * pool[f0 + j]
         for k in range(n):
             force += 0.5 * work[delta + j] * pool[V1 + row * j + k] * work[delta + k]
     return force
@@ -180,7 +185,7 @@ def stiffness_force(b: Record, shift: int, pool: Array, work: Array) -> float:
 
 @inner
 def strain_force(b: Record, table_start: int, pool: Array, work: Array) -> float:
-    """dV/dL at fixed coordinates of the energy of V2 and V3, whose rates stand in a `strain_table` at the place."""
+    """dV/dL, or dV/dt, at fixed coordinates of the energy of V2 and V3, whose rates stand in a `strain_table`."""
     n, delta = b["n"], b["delta"]
     count = n + n * (n + 1) // 2
     force, entry = 0.0, 0
@@ -200,28 +205,96 @@ def strain_force(b: Record, table_start: int, pool: Array, work: Array) -> float
 
 
 @inner
-def drum_force(i: int, rate: float, acceleration: float, pickup: int, table: Table, pool: Array, work: Array) -> float:
-    """Force of the drum of body i at the gathered state; pickup: place of its part in the block of unit rate."""
-    b = body_of(table, i)
-    shift = b["unit"] - b["block"]
-    complete_accelerations(b, work)
-    n, wide = b["n_shapes"], b["wide"]
-    force = moving_force(b, shift, table, pool, work)
-    speeds, zero = b["speeds"] + shift, pool[b["rates"] + shift + SPEED]
-    force += 2.0 * rate * bilinear_form(pool, speeds, zero, b, work, b["ddelta"], 0.0)
-    force += acceleration * bilinear_form(pool, speeds, zero, b, work, b["delta"], 1.0)
-    speed_rates, zero = speeds + (1 + n) * wide, pool[b["rates"] + shift + SPEED + 1]
-    force += 0.5 * rate * rate * bilinear_form(pool, speed_rates, zero, b, work, b["delta"], 1.0)
-    if pickup >= 0:
-        kappa = bilinear_form(pool, pickup + 4, pool[pickup], b, work, b["delta"], 1.0)
-        force += 0.5 * rate * abs(rate) * kappa
-    if n > 0:
-        force += stiffness_force(b, shift, pool, work)
+def joint_forces(i: int, shift: int, table: Table, pool: Array, work: Array) -> float:
+    """Force of the joints of body i on the velocities that their markers have in it per rate of the length."""
+    b, force = body_of(table, i), 0.0
     if b["own_bends"] >= VARIES:
         force += joint_force_at_Q(b, shift, pool, work)
-    force -= pool[b["unit"] - WORKED]
     for k in range(i + 1, header_of(table)["n_bodies"]):
         child = body_of(table, k)
         if child["parent"] == i and child["bends"] >= VARIES:
             force += joint_force_at_P(child, b, shift, pool, work)
     return force
+
+
+@inner
+def strain_forces(b: Record, shift: int, pool: Array, work: Array) -> float:
+    """dV/dL, or dV/dt, at fixed coordinates."""
+    force = 0.0
+    if b["stiffness_rate"] > 0:
+        force += stiffness_force(b, shift, pool, work)
+    if b["strain_rate"] > 0:
+        force += strain_force(b, b["strain_rate"] + shift, pool, work)
+    return force
+
+
+@inner
+def half_speed_rate(b: Record, shift: int, pool: Array, work: Array) -> float:
+    """Half of the rate of int w . w dm at fixed coordinates."""
+    rates, zero = b["speeds"] + shift + (1 + b["n_shapes"]) * b["wide"], pool[b["rates"] + shift + SPEED + 1]
+    return 0.5 * bilinear_form(pool, rates, zero, b, work, b["delta"], 1.0)
+
+
+@inner
+def exit_density(b: Record, pool: Array, work: Array) -> float:
+    """m' |chi_A y_A|^2 at the exit, in the block of unit rate [kg/m]."""
+    if b["pickup"] == 0:
+        return 0.0
+    pickup = b["pickup"] + b["unit"] - b["block"]
+    return bilinear_form(pool, pickup + 4, pool[pickup], b, work, b["delta"], 1.0)
+
+
+@inner
+def drum_force(i: int, rate: float, acceleration: float, table: Table, pool: Array, work: Array) -> float:
+    """Force of the drum of body i at the gathered state."""
+    b = body_of(table, i)
+    shift = b["unit"] - b["block"]
+    complete_accelerations(b, work)
+    force = strain_forces(b, shift, pool, work) + joint_forces(i, shift, table, pool, work) - pool[b["unit"] - WORKED]
+    if b["flows"]:
+        speeds, zero = b["speeds"] + shift, pool[b["rates"] + shift + SPEED]
+        force += moving_force(b, shift, table, pool, work)
+        force += 2.0 * rate * bilinear_form(pool, speeds, zero, b, work, b["ddelta"], 0.0)
+        force += acceleration * bilinear_form(pool, speeds, zero, b, work, b["delta"], 1.0)
+        force += rate * rate * half_speed_rate(b, shift, pool, work)
+        force += 0.5 * rate * abs(rate) * exit_density(b, pool, work)
+    return force
+
+
+@inner
+def change_power(i: int, table: Table, pool: Array, work: Array) -> float:
+    """Power of the change of body i at the gathered state [W], from its own block."""
+    b = body_of(table, i)
+    complete_accelerations(b, work)
+    power = strain_forces(b, 0, pool, work) + joint_forces(i, 0, table, pool, work)
+    if b["flows"]:
+        zero = pool[b["rates"] + SPEED]
+        power += moving_force(b, 0, table, pool, work) + half_speed_rate(b, 0, pool, work)
+        power += 2.0 * bilinear_form(pool, b["speeds"], zero, b, work, b["ddelta"], 0.0)
+    if b["growth"] > 0:
+        power += growth_power(b, load3(pool, header_of(table)["gravity"]), pool, work)
+    return power
+
+
+@inner
+def growth_power(b: Record, g: Vector, pool: Array, work: Array) -> float:
+    """Half of int v.v over the mass that arrives in a unit of time, and its weight's energy in the field g [W]."""
+    start, n, wide, w = b["growth"], b["n_shapes"], b["wide"], b["work"]
+    first, second, delta, ddelta = start + 16, start + 16 + 3 * wide, b["delta"], b["ddelta"]
+    s, Q, ds, h, elastic = load3(pool, start + 1), load9(pool, start + 4), ZERO, ZERO, 0.0
+    for k in range(n):
+        s_k = column3(pool, first + k, wide)
+        s, ds = add(s, scale(work[delta + k], s_k)), add(ds, scale(work[ddelta + k], s_k))
+        P0 = column9(pool, second + k, wide)
+        P = P0
+        for j in range(n):
+            P_j = column9(pool, second + 9 * wide * (j + 1) + k, wide)
+            P = sum9(P, work[delta + j], P_j)
+            elastic += 0.5 * work[ddelta + j] * (P_j[0] + P_j[4] + P_j[8]) * work[ddelta + k]
+        Q = sum9(sum9(Q, work[delta + k], P), work[delta + k], transpose(P0))
+        h = add(h, scale(work[ddelta + k], twist_of(P)))
+    mass, v, omega = pool[start], load3(work, w + W_VEL), load3(work, w + W_OMEGA)
+    J_omega = sub(scale(Q[0] + Q[4] + Q[8], omega), turn(Q, omega))
+    motion = 0.5 * mass * dot(v, v) + dot(v, add(cross(omega, s), ds)) + 0.5 * dot(omega, J_omega) + dot(omega, h)
+    place = add(scale(mass, load3(work, w + W_POS)), turn_back(load9(work, w + W_CIN), s))
+    return motion + elastic - dot(g, place)
