@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -165,24 +165,11 @@ def _free_row(model: Model, t: float, x: Array, freedom: int) -> Array:
     return model.mass_matrix(t, opened)[freedom]
 
 
-class Source(Protocol):
-    """Events of one kind."""
-
-    def values(self, t: float, x: Array) -> Array:
-        """(n,) one number per event, positive before it and again once it has happened."""
-
-    def rates(self, t: float, x: Array) -> Array:
-        """(n,) rates of these numbers."""
-
-    def apply(self, simultaneous: Sequence[int], t: float, x: Array) -> None:
-        """Change x in place as these events do that happen at once."""
-
-
 @dataclass(frozen=True, eq=False)
 class AllEvents:
     """Events of several sources, one after another."""
 
-    sources: tuple[Source, ...]
+    sources: tuple[Latches | StateEvents, ...]
 
     def values(self, t: float, x: Array) -> Array:
         """(n,) of all sources."""

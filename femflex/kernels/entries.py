@@ -27,6 +27,8 @@ _numba: Any = numba  # its annotations do not cover what is used here
 
 NUMBERS, INTEGERS = types.CPointer(types.float64), types.CPointer(types.int64)  # pointers to the first of some
 REAL, INTEGER, VOID = types.float64, types.int64, types.void
+VECTOR, MATRIX = types.float64[::1], types.float64[:, ::1]
+ARRAYS, POINTERS = (types.int64[::1], VECTOR, VECTOR), (INTEGERS, NUMBERS, NUMBERS)  # table, pool and work of a model
 
 USER = VOID(REAL, NUMBERS, NUMBERS, NUMBERS)  # of functions that users hand over: t, and three arrays
 ACT = VOID(REAL, NUMBERS, NUMBERS, NUMBERS, NUMBERS)  # of effectors: t, what is seen, states, parameters, what is given
@@ -108,6 +110,12 @@ def caller(signature: Any) -> Callable[..., Any]:
 
 
 call_user = caller(USER)
+
+
+def first_line(error: Exception) -> str:
+    """Return the most telling line of a compiler's message."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    return next((line for line in lines if not line.startswith("Failed in")), lines[0] if lines else "no reason given")
 
 
 def plain_array(numbers: Array, shape: tuple[int, ...]) -> Array:

@@ -146,17 +146,26 @@ def search_closed(constraints: Constraints, x0: Array, nearest: SmallestChange, 
     return x
 
 
+def worst_of(constraints: Constraints, x: Array, violations: Array, limits: Array) -> tuple[str, str, float]:
+    """Name, what competes with it in words, and largest violation of the constraint that exceeds its limits most.
+
+    x (n_x,); violations, limits (n_rows,)
+    """
+    worst = max(constraints.names, key=lambda name: (violations / limits)[constraints.rows_of(name)].max())
+    competing = competing_motions_text(constraints, 0.0, x, worst)
+    return constraints.kind_of(worst), competing, float(violations[constraints.rows_of(worst)].max())
+
+
 def refuse_open(constraints: Constraints, x: Array, limits: Array) -> None:
     """Raise ValueError for a loop that x leaves open by more than the limits (n_rows,)."""
     gaps = np.abs(constraints.residuals(0.0, x)[0])
     if np.all(gaps <= limits):
         return
-    worst = max(constraints.names, key=lambda name: (gaps / limits)[constraints.rows_of(name)].max())
-    competing = competing_motions_text(constraints, 0.0, x, worst)
+    worst, competing, gap = worst_of(constraints, x, gaps, limits)
     raise ValueError(
-        f"{constraints.kind_of(worst)} cannot close{competing}: the best configuration found leaves "
-        f"a gap of {gaps[constraints.rows_of(worst)].max():.3g} (m or rad){kept_values_text(constraints)}. Check the "
-        f"lengths and the markers' axes, or start nearer to a closed configuration{clearance_text(constraints, gaps)}."
+        f"{worst} cannot close{competing}: the best configuration found leaves a gap of {gap:.3g} (m or "
+        f"rad){kept_values_text(constraints)}. Check the lengths and the markers' axes, or start nearer to a closed "
+        f"configuration{clearance_text(constraints, gaps)}."
     )
 
 
@@ -185,12 +194,10 @@ def refuse_moving(constraints: Constraints, x: Array, tolerance: float) -> None:
     )
     if np.all(speeds <= limits):
         return
-    worst = max(constraints.names, key=lambda name: (speeds / limits)[constraints.rows_of(name)].max())
-    competing = competing_motions_text(constraints, 0.0, x, worst)
+    worst, competing, speed = worst_of(constraints, x, speeds, limits)
     raise ValueError(
-        f"{constraints.kind_of(worst)} cannot be satisfied{competing}: the nearest velocities violate it by "
-        f"{speeds[constraints.rows_of(worst)].max():.3g} (m/s or rad/s){kept_values_text(constraints)}. Remove one of "
-        "them."
+        f"{worst} cannot be satisfied{competing}: the nearest velocities violate it by {speed:.3g} (m/s or "
+        f"rad/s){kept_values_text(constraints)}. Remove one of them."
     )
 
 
@@ -231,11 +238,10 @@ def refuse_accelerations(constraints: Constraints, x: Array, size: float) -> Non
     )
     if np.all(missing <= limits):
         return
-    worst = max(constraints.names, key=lambda name: (missing / limits)[constraints.rows_of(name)].max())
-    text = competing_motions_text(constraints, 0.0, x, worst)
+    worst, competing, acceleration = worst_of(constraints, x, missing, limits)
     raise ValueError(
-        f"{constraints.kind_of(worst)} cannot be satisfied{text} at the start: the nearest accelerations violate it by "
-        f"{missing[constraints.rows_of(worst)].max():.3g} (m/s^2 or rad/s^2). Another constraint contradicts it, or "
+        f"{worst} cannot be satisfied{competing} at the start: the nearest accelerations violate it by "
+        f"{acceleration:.3g} (m/s^2 or rad/s^2). Another constraint contradicts it, or "
         "the loop starts in a singular configuration, where branches meet, with rates along none of them. Give "
         "the rates of all its joints, or start slightly off the singular configuration."
     )

@@ -19,13 +19,10 @@ from femflex.dynamics.rate.auxiliary_states import copy_auxiliary_states
 from femflex.dynamics.rate.rate import CONSTRAIN, place_bodies
 from femflex.dynamics.rate.recursion import reduce_to_root
 from femflex.kernels.compiled import inner, kernel
-from femflex.kernels.entries import entry
+from femflex.kernels.entries import ARRAYS, REAL, VECTOR, entry
 from femflex.kernels.lanes import offset, pointer
-from femflex.kernels.symbols import types
 
-_vector = types.float64[::1]
-_own = (types.int64[::1], _vector, _vector)  # table, pool, work
-PROJECT = types.float64(types.float64, _vector, *_own)
+PROJECT = REAL(REAL, VECTOR, *ARRAYS)
 
 NEWTON_STEPS = 10  # of a projection at most; from an integrator's step one or two are taken
 

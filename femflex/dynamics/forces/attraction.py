@@ -20,7 +20,7 @@ from femflex.body.mass_points import MassPoints, points_of_moments
 from femflex.dynamics.bodies.shapes import combined
 from femflex.dynamics.bodies.varying import length_motion
 from femflex.dynamics.forces.force_term import ForceTerm, Records
-from femflex.dynamics.forces.forces import A_ENERGY, A_SUPPLIED, APPLY, REPORT, account_of
+from femflex.dynamics.forces.forces import APPLY, REPORT, account_of
 from femflex.dynamics.forces.gravity import (
     beyond_gradient,
     find_center_of_mass,
@@ -31,7 +31,17 @@ from femflex.dynamics.forces.gravity import (
 )
 from femflex.dynamics.forces.marker_forces import push_on_body
 from femflex.dynamics.layout.pool import Pool, Scratch
-from femflex.dynamics.layout.records import ENERGY_LOAD, ORBIT_FREE, W_CIN, W_POS, body_of, header_of, record_reader
+from femflex.dynamics.layout.records import (
+    A_ENERGY,
+    A_SUPPLIED,
+    ENERGY_LOAD,
+    ORBIT_FREE,
+    W_CIN,
+    W_POS,
+    body_of,
+    header_of,
+    record_reader,
+)
 from femflex.dynamics.layout.variations import WORKED
 from femflex.effectors.surroundings.earth import DAY
 from femflex.effectors.surroundings.moon import moon_of_date
@@ -76,34 +86,28 @@ def reference(table: Table, pool: Array, work: Array) -> tuple[Vector, Vector, f
 
 
 @inner
-def moving_point(g: Record, k: int, L: float, b: Record, pool: Array, work: Array) -> tuple[Vector, float, Vector, int]:
-    """Place of a point of a member that deploys, its mass, its material's velocity per rate of L, and its rows."""
-    point, wide, rows = g["points"] + 8 * k, b["wide"], g["along"] + 4
-    e = load3(pool, g["along"])
-    r = add(load3(pool, point + 2), scale(pool[point + 5] * L, e))
-    velocity_per_rate = scale(pool[point + 6], e)
+def point_at(t: float, g: Record, k: int, table: Table, pool: Array, work: Array) -> tuple[Vector, float, Vector, int]:
+    """Place of a point of mass from its body's origin, body components, its mass, and its rows.
+
+    Third is its material's velocity per rate of the length, of members that deploy.
+    """
+    b = body_of(table, g["body"])
+    wide, along = b["wide"], g["along"]
+    if along == 0:
+        rows, r = g["shapes"] + 3 * wide * k, load3(pool, g["points"] + 4 * k + 1)
+        if g["bends"]:
+            r = add(r, combined(pool, rows, wide, work, b["delta"]))
+        return r, pool[g["points"] + 4 * k], ZERO, rows
+    L, point, rows, e = length_motion(t, b, table, pool, work)[0], g["points"] + 8 * k, along + 4, load3(pool, along)
+    r, drift = add(load3(pool, point + 2), scale(pool[point + 5] * L, e)), scale(pool[point + 6], e)
     if g["bends"]:
         first = g["shapes"] + 12 * wide * k
         for j in range(3 * wide):
             pool[rows + j] = pool[first + j] + pool[first + 3 * wide + j] / L
         r = add(r, combined(pool, rows, wide, work, b["delta"]))
-        velocity_per_rate = add(
-            velocity_per_rate, scale(1.0 / L, combined(pool, first + 6 * wide, wide, work, b["delta"]))
-        )
-        velocity_per_rate = add(
-            velocity_per_rate, scale(1.0 / (L * L), combined(pool, first + 9 * wide, wide, work, b["delta"]))
-        )
-    return r, pool[point] + pool[point + 1] * L, velocity_per_rate, rows
-
-
-@inner
-def position_of_point(g: Record, k: int, pool: Array, work: Array, table: Table) -> Vector:
-    """Place of a point of mass from its body's origin, body components."""
-    b = body_of(table, g["body"])
-    r = load3(pool, g["points"] + 4 * k + 1)
-    if g["bends"]:
-        r = add(r, combined(pool, g["shapes"] + 3 * b["wide"] * k, b["wide"], work, b["delta"]))
-    return r
+        drift = add(drift, scale(1.0 / L, combined(pool, first + 6 * wide, wide, work, b["delta"])))
+        drift = add(drift, scale(1.0 / (L * L), combined(pool, first + 9 * wide, wide, work, b["delta"])))
+    return r, pool[point] + pool[point + 1] * L, drift, rows
 
 
 @inner
@@ -157,17 +161,7 @@ def apply(
             C = load9(work, b["work"] + W_CIN)
             p = sub(load3(work, b["work"] + W_POS), c)
             for k in range(g["n"]):
-                if g["along"] > 0:
-                    r, mass, velocity_per_rate, shape = moving_point(
-                        g, k, length_motion(t, b, table, pool, work)[0], b, pool, work
-                    )
-                else:
-                    r, mass, velocity_per_rate = (
-                        position_of_point(g, k, pool, work, table),
-                        pool[g["points"] + 4 * k],
-                        ZERO,
-                    )
-                    shape = g["shapes"] + 3 * b["wide"] * k
+                r, mass, velocity_per_rate, shape = point_at(t, g, k, table, pool, work)
                 a, _ = attraction_at(item, mu, l, a0, add(p, turn_back(C, r)), third, pool)
                 force = scale(mass, turn(C, sub(a, a_out)))
                 push_on_body(b, force, ZERO, r, UNIT, (g["bends"], shape, shape), pool, work)
@@ -195,10 +189,7 @@ def report(
             C = load9(work, b["work"] + W_CIN)
             p = sub(load3(work, b["work"] + W_POS), c)
             for k in range(g["n"]):
-                if g["along"] > 0:
-                    r, mass, _, _ = moving_point(g, k, length_motion(t, b, table, pool, work)[0], b, pool, work)
-                else:
-                    r, mass = position_of_point(g, k, pool, work, table), pool[g["points"] + 4 * k]
+                r, mass, _, _ = point_at(t, g, k, table, pool, work)
                 d = add(p, turn_back(C, r))
                 _, U = attraction_at(item, mu, l, a0, d, third, pool)
                 account[A_ENERGY] += mass * (U - U_out)

@@ -18,7 +18,7 @@ import numba.core.errors
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.kernels.entries import ACT, Entry, plain_address, plain_array
+from femflex.kernels.entries import ACT, Entry, first_line, plain_address, plain_array
 from femflex.kernels.lanes import offset
 from femflex.system import Effector
 
@@ -186,9 +186,3 @@ def _jacobian(inner: Any, sizes: Sizes, array: Any) -> Callable[..., None]:
         inner(make_input(t, seen, z, parameters), array(out, (n_z, n_z)))
 
     return called
-
-
-def first_line(error: Exception) -> str:
-    """Return the most telling line of a compiler's message."""
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    return next((line for line in lines if not line.startswith("Failed in")), lines[0] if lines else "no reason given")

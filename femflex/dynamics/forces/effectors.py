@@ -9,10 +9,21 @@ from femflex.dynamics.forces.effector_calls import apply_forces, correct, evalua
 from femflex.dynamics.forces.effector_functions import N_ACCOUNTS
 from femflex.dynamics.forces.effector_records import CRAFT, N_EFFECTOR, PLACE, effector_at, lowered
 from femflex.dynamics.forces.force_term import ForceTerm, Records
-from femflex.dynamics.forces.forces import A_DISSIPATION, A_ENERGY, A_SUPPLIED, APPLY, RELAX, REPORT, account_of
+from femflex.dynamics.forces.forces import APPLY, RELAX, REPORT, account_of
 from femflex.dynamics.forces.gravity import reference_motion
 from femflex.dynamics.layout.pool import Pool, Scratch
-from femflex.dynamics.layout.records import ORBIT_FREE, ORBIT_NONE, W_CIN, W_POS, W_VEL, body_of, header_of
+from femflex.dynamics.layout.records import (
+    A_DISSIPATION,
+    A_ENERGY,
+    A_SUPPLIED,
+    ORBIT_FREE,
+    ORBIT_NONE,
+    W_CIN,
+    W_POS,
+    W_VEL,
+    body_of,
+    header_of,
+)
 from femflex.kernels.compiled import inner
 from femflex.kernels.entries import entry
 from femflex.kernels.vectors import add, dot, load3, load9, store3, turn_back

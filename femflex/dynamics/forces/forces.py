@@ -13,7 +13,7 @@ RELAX    relax(t, given, c_d, out, at, n, table, pool, work)
          out (n_z,): (1 - c_d J)^-1 (zdot - given) of the states of its items, after `apply` at the same state.
 REPORT   report(t, q, u, at, n, row, table, pool, work)
          Writes what is reported of its n items into `row`, in the order of the term's channels, and adds to
-         `account_of` (see A_*): the stored energy, the power that is lost for good, and the power that comes in from
+         `account_of` (A_*) the stored energy, the power that is lost for good, and the power that comes in from
          outside.
 
 `at` is where the term's own records begin in the table. The state is placed; u points to (n_u,), the states z stand
@@ -29,19 +29,15 @@ from femflex.dynamics.forces.gravity import find_center_of_mass, gravity_field, 
 from femflex.dynamics.joints.motion import write_spring_forces
 from femflex.dynamics.layout.records import ORBIT_NONE, W_BIAS, W_RESIST, W_TAU, body_of, header_of, term_of
 from femflex.kernels.compiled import inner
-from femflex.kernels.entries import INTEGER, INTEGERS, NUMBERS, REAL, VOID, caller
+from femflex.kernels.entries import INTEGER, NUMBERS, POINTERS, REAL, VOID, caller
 from femflex.kernels.lanes import offset
 from femflex.kernels.pairs import put_pair, zero_pair
 from femflex.kernels.vectors import ZERO
 
-_OWN = (INTEGERS, NUMBERS, NUMBERS)  # table, pool, work
-APPLY = VOID(REAL, NUMBERS, NUMBERS, INTEGER, INTEGER, INTEGER, *_OWN)
-RESIST = VOID(REAL, NUMBERS, NUMBERS, REAL, REAL, INTEGER, INTEGER, *_OWN)
-RELAX = VOID(REAL, NUMBERS, REAL, NUMBERS, INTEGER, INTEGER, *_OWN)
-REPORT = VOID(REAL, NUMBERS, NUMBERS, INTEGER, INTEGER, NUMBERS, *_OWN)
-
-# numbers of `account`: where positions and velocities are counted from (inertial components); what terms add
-A_SHIFT, A_DRIFT, A_ENERGY, A_DISSIPATION, A_SUPPLIED, A_SIZE = 0, 3, 6, 7, 8, 9
+APPLY = VOID(REAL, NUMBERS, NUMBERS, INTEGER, INTEGER, INTEGER, *POINTERS)
+RESIST = VOID(REAL, NUMBERS, NUMBERS, REAL, REAL, INTEGER, INTEGER, *POINTERS)
+RELAX = VOID(REAL, NUMBERS, REAL, NUMBERS, INTEGER, INTEGER, *POINTERS)
+REPORT = VOID(REAL, NUMBERS, NUMBERS, INTEGER, INTEGER, NUMBERS, *POINTERS)
 
 call_apply, call_resist, call_relax, call_report = (caller(kind) for kind in (APPLY, RESIST, RELAX, REPORT))
 

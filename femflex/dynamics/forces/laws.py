@@ -15,10 +15,19 @@ import numpy as np
 
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.forces.force_term import ForceTerm, Records
-from femflex.dynamics.forces.forces import A_DISSIPATION, A_ENERGY, APPLY, REPORT, RESIST, account_of
+from femflex.dynamics.forces.forces import APPLY, REPORT, RESIST, account_of
 from femflex.dynamics.joints.places import law_places
 from femflex.dynamics.layout.pool import Pool, Scratch
-from femflex.dynamics.layout.records import ENERGY_SPRING, W_RESIST, W_TAU, body_of, header_of, record_reader
+from femflex.dynamics.layout.records import (
+    A_DISSIPATION,
+    A_ENERGY,
+    ENERGY_SPRING,
+    W_RESIST,
+    W_TAU,
+    body_of,
+    header_of,
+    record_reader,
+)
 from femflex.kernels.compiled import inner
 from femflex.kernels.entries import LAW_FUNCTION, Entry, caller, entry
 from femflex.kernels.lanes import offset, put_lane, zero_lane

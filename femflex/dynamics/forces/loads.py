@@ -10,10 +10,14 @@ from numpy.typing import NDArray
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.bodies.shapes import combined, marker_velocity
 from femflex.dynamics.forces.force_term import ForceTerm, Records
-from femflex.dynamics.forces.forces import A_DRIFT, A_ENERGY, A_SHIFT, A_SUPPLIED, APPLY, REPORT, account_of
+from femflex.dynamics.forces.forces import APPLY, REPORT, account_of
 from femflex.dynamics.forces.marker_forces import push_on_body
 from femflex.dynamics.layout.pool import Pool, Scratch, add_marker
 from femflex.dynamics.layout.records import (
+    A_DRIFT,
+    A_ENERGY,
+    A_SHIFT,
+    A_SUPPLIED,
     ENERGY_LOAD,
     ORBIT_NONE,
     TURNS,

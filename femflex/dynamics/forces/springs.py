@@ -10,12 +10,22 @@ import numpy as np
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.bodies.shapes import combined, marker_velocity
 from femflex.dynamics.forces.force_term import ForceTerm, Records
-from femflex.dynamics.forces.forces import A_DISSIPATION, A_ENERGY, APPLY, REPORT, account_of
+from femflex.dynamics.forces.forces import APPLY, REPORT, account_of
 from femflex.dynamics.forces.marker_forces import push_on_body
 from femflex.dynamics.layout.constraint_records import ENDS
 from femflex.dynamics.layout.constraints import lower_ends
 from femflex.dynamics.layout.pool import Pool, Scratch
-from femflex.dynamics.layout.records import ENERGY_SPRING, W_CIN, W_OMEGA, W_POS, W_VEL, body_of, record_reader
+from femflex.dynamics.layout.records import (
+    A_DISSIPATION,
+    A_ENERGY,
+    ENERGY_SPRING,
+    W_CIN,
+    W_OMEGA,
+    W_POS,
+    W_VEL,
+    body_of,
+    record_reader,
+)
 from femflex.kernels.compiled import inner
 from femflex.kernels.entries import entry
 from femflex.kernels.vectors import UNIT, ZERO, Vector, add, cross, dot, load3, load9, scale, sub, turn, turn_back

@@ -17,12 +17,10 @@ from femflex.dynamics.rate.auxiliary_states import copy_auxiliary_states, place_
 from femflex.dynamics.rate.rate import call_constrain, call_length_steps, n_solutions, place_and_load, place_bodies
 from femflex.dynamics.rate.recursion import accelerate, reduce_written
 from femflex.kernels.compiled import inner, kernel
+from femflex.kernels.entries import ARRAYS, REAL, VECTOR, VOID
 from femflex.kernels.lanes import lane, offset, pointer, put_lane, zero_lane
-from femflex.kernels.symbols import types
 
-_vector = types.float64[::1]
-_own = (types.int64[::1], _vector, _vector)  # table, pool, work
-CORRECT = types.void(types.float64, _vector, _vector, _vector, _vector, types.float64, types.float64, *_own)
+CORRECT = VOID(REAL, VECTOR, VECTOR, VECTOR, VECTOR, REAL, REAL, *ARRAYS)
 
 
 @inner

@@ -20,14 +20,12 @@ from femflex.dynamics.rate.gathering import gather_residual
 from femflex.dynamics.rate.rate import place_and_load, place_bodies
 from femflex.dynamics.rate.recursion import accelerate, reduce_to_root
 from femflex.kernels.compiled import kernel
+from femflex.kernels.entries import ARRAYS, REAL, VECTOR, VOID
 from femflex.kernels.lanes import pointer
 from femflex.kernels.pairs import put_pair, zero_pair
-from femflex.kernels.symbols import types
 
-_vector = types.float64[::1]
-_own = (types.int64[::1], _vector, _vector)  # table, pool, work
-RESIDUAL = types.void(types.float64, _vector, _vector, _vector, _vector, *_own)
-SOLVE = types.void(types.float64, _vector, _vector, _vector, types.float64, types.float64, types.float64, *_own)
+RESIDUAL = VOID(REAL, VECTOR, VECTOR, VECTOR, VECTOR, *ARRAYS)
+SOLVE = VOID(REAL, VECTOR, VECTOR, VECTOR, REAL, REAL, REAL, *ARRAYS)
 
 
 @kernel(RESIDUAL)

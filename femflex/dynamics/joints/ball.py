@@ -23,8 +23,8 @@ from femflex.dynamics.layout.records import (
     header_of,
 )
 from femflex.kernels.compiled import inner, kernel
+from femflex.kernels.entries import ARRAYS, INTEGER, REAL, VECTOR
 from femflex.kernels.lanes import pointer
-from femflex.kernels.symbols import types
 from femflex.kernels.turns import (
     angle_rates,
     angles_of,
@@ -140,22 +140,7 @@ def advance_ball(b: Record, q: Array, theta: Vector, out: Array, pool: Array) ->
         store4(out, b["reference"], load4(q, b["reference"]))
 
 
-_vector = types.float64[::1]
-SWITCH = types.int64(types.float64, _vector, types.int64[::1], _vector, _vector)
-
-FAR_RODRIGUES = math.tan(0.5 * (math.pi - NEAR)) ** 2
-NEAR_ANGLES = math.sin(NEAR)
-
-
-@inner
-def is_near_singularity(b: Record, q: Array, pool: Array) -> bool:
-    """Whether a re-based ball is closer than NEAR to the singularity of its set."""
-    j = b["q"] + b["n_slide"]
-    if b["ball"] == BALL_RODRIGUES:
-        return dot(load3(q, j), load3(q, j)) > FAR_RODRIGUES
-    axes = b["axes"] + 3 * b["n_slide"]
-    turn = math.sin(q[j + 1]) if pool[axes] == pool[axes + 2] else math.cos(q[j + 1])
-    return abs(turn) < NEAR_ANGLES
+SWITCH = INTEGER(REAL, VECTOR, *ARRAYS)
 
 
 @inner
@@ -171,21 +156,6 @@ def rebase(b: Record, q: Array, pool: Array) -> None:
 
 
 @inner
-def switch_ball(b: Record, q: Array, pool: Array) -> int:
-    """1 after a change of the ball's coordinates, 0 when they are good as they are."""
-    if b["ball"] == BALL_MODIFIED:
-        j = b["q"] + b["n_slide"]
-        square = dot(load3(q, j), load3(q, j))
-        if square > 1.0:
-            store3(q, j, scale(-1.0 / square, load3(q, j)))
-            return 1
-    elif b["reference"] and is_near_singularity(b, q, pool):
-        rebase(b, q, pool)
-        return 1
-    return 0
-
-
-@inner
 def angle_to_singularity(b: Record, q: Array, pool: Array) -> float:
     """Return the angle that remains to the singularity of a ball's set (see femflex.rotations.singularity_distance)."""
     j = b["q"] + b["n_slide"]
@@ -195,6 +165,21 @@ def angle_to_singularity(b: Record, q: Array, pool: Array) -> float:
     axes = b["axes"] + 3 * b["n_slide"]
     turn = math.sin(q[j + 1]) if pool[axes] == pool[axes + 2] else math.cos(q[j + 1])
     return math.asin(abs(turn))
+
+
+@inner
+def switch_ball(b: Record, q: Array, pool: Array) -> int:
+    """1 after a change of the ball's coordinates, 0 when they are good as they are."""
+    if b["ball"] == BALL_MODIFIED:
+        j = b["q"] + b["n_slide"]
+        square = dot(load3(q, j), load3(q, j))
+        if square > 1.0:
+            store3(q, j, scale(-1.0 / square, load3(q, j)))
+            return 1
+    elif b["reference"] and angle_to_singularity(b, q, pool) < NEAR:
+        rebase(b, q, pool)
+        return 1
+    return 0
 
 
 @inner

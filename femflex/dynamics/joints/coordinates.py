@@ -11,15 +11,13 @@ from femflex.arrays import Array, Record, Table
 from femflex.dynamics.joints.ball import advance_ball, ball_rates
 from femflex.dynamics.layout.records import BALL_NONE, BALL_QUATERNION, body_of, header_of
 from femflex.kernels.compiled import inner, kernel
+from femflex.kernels.entries import ARRAYS, REAL, VECTOR, VOID
 from femflex.kernels.lanes import pointer
-from femflex.kernels.symbols import types
 from femflex.kernels.turns import quaternion_advanced, quaternion_rates
 from femflex.kernels.vectors import load3, load4, store4
 
-_vector = types.float64[::1]
-_own = (types.int64[::1], _vector, _vector)  # table, pool, work
-KINEMATIC = types.void(types.float64, _vector, _vector, _vector, *_own)
-ADVANCE = types.void(_vector, _vector, _vector, *_own)
+KINEMATIC = VOID(REAL, VECTOR, VECTOR, VECTOR, *ARRAYS)
+ADVANCE = VOID(VECTOR, VECTOR, VECTOR, *ARRAYS)
 
 
 @inner

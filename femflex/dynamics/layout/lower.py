@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,26 +17,13 @@ from femflex.dynamics.layout.pool import Pool, Scratch, add_marker, length_of
 from femflex.dynamics.layout.variations import lower_variation
 from femflex.system import System
 
+if TYPE_CHECKING:
+    from femflex.dynamics.forces.force_term import ForceTerm
+
 FRAME_CODES = {"inertial": at.FRAME_INERTIAL, "orbital": at.FRAME_ORBITAL, "spinning": at.FRAME_SPINNING}
-N_ACCOUNT = 9  # numbers of the header's account
 
 
-class LowerableTerm(Protocol):
-    """Functions that lowering needs of a force term (see femflex.dynamics.forces.force_term)."""
-
-    def items(self, system: System) -> list[str]:
-        """Names of its items in a system."""
-
-    def lower(
-        self, system: System, head: np.void, bodies: NDArray[np.void], pool: Pool, scratch: Scratch, at: int
-    ) -> NDArray[np.void] | Table:
-        """Return its own records for the table from `at` on; it may change the bodies' records."""
-
-    def record(self, system: System, at: int) -> NDArray[np.void]:
-        """Its TERM record, its own records standing at a place."""
-
-
-def lower(system: System, terms: Sequence[LowerableTerm]) -> tuple[Table, Array, int]:
+def lower(system: System, terms: Sequence[ForceTerm]) -> tuple[Table, Array, int]:
     """Integer table, pool and size of the work array of a system under these force terms (see layout)."""
     pool, scratch = Pool(), Scratch()
     order = system.order
@@ -69,7 +56,7 @@ def lower(system: System, terms: Sequence[LowerableTerm]) -> tuple[Table, Array,
     head[0]["z"], head[0]["zdot"] = scratch.take(len(states) + n_free), scratch.take(len(states))
     head[0]["n_free"], head[0]["needs"] = n_free, scratch.take(n_free * (n_free + 1) + 3)
     head[0]["lack"] = scratch.take(nu if n_free else 0)
-    head[0]["moved_u"], head[0]["account"] = scratch.take(nu), scratch.take(N_ACCOUNT)
+    head[0]["moved_u"], head[0]["account"] = scratch.take(nu), scratch.take(at.A_SIZE)
     lower_orbit(head[0], system, pool)
     parts: list[NDArray[np.void] | Table] = [head, bodies, markers]
     holds = lower_prescribed(head[0], bodies, system, pool, scratch)

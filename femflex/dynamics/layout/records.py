@@ -50,7 +50,7 @@ HEADER = np.dtype(
             "kept",  # pool: 1 or 0 for every row of femflex.dynamics.ledger.rows; read by LEFT_OUT alone
             "n_holds", "holds",  # HOLD records and where in the table they begin
             "n_terms", "terms",  # TERM records and where in the table they begin
-            "account",  # work (A_SIZE): see femflex.dynamics.forces.forces
+            "account",  # work (A_SIZE): see A_*
             "held_q", "held_u",  # work (n_q,), (n_u,): the state with prescribed freedoms at their values
             "known", "flags", "drives",  # work (n_u,): their accelerations; 1 where held; forces that hold them
             "closing",  # table: where records of constraints begin (see constraint_layout)
@@ -171,6 +171,8 @@ STAYS, BENDS, TURNS = 0, 1, 2  # a marker: not at all; by exp(psi delta); as a s
 LENGTH_Z, LENGTH_SLOT, LENGTH_DRUM_MASS = 8, 9, 12  # numbers of a LengthTable
 VARIES = 4  # added: its place and its rows change with time, and their rates stand behind them
 BALL_NONE, BALL_QUATERNION, BALL_ANGLES, BALL_EXTRINSIC, BALL_RODRIGUES, BALL_MODIFIED = 0, 1, 2, 3, 4, 5
+# account of reports: where positions and velocities count from (inertial components); what terms add
+A_SHIFT, A_DRIFT, A_ENERGY, A_DISSIPATION, A_SUPPLIED, A_SIZE = 0, 3, 6, 7, 8, 9
 ENERGY_SPRING, ENERGY_LOAD, ENERGY_EFFECTOR = 0, 1, 2  # what the stored energy of a force term counts to
 
 W_CIP = 0  # C_ip: parent components to body components, three rows of four

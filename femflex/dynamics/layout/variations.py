@@ -15,7 +15,7 @@ from femflex.body import FlexibleBody
 from femflex.dynamics.layout.bodies import take_monomials
 from femflex.dynamics.layout.pool import Pool, Scratch
 from femflex.dynamics.layout.written_blocks import write_by_length, writer
-from femflex.kernels.entries import USER, plain_address, plain_array
+from femflex.kernels.entries import USER, first_line, plain_address, plain_array
 from femflex.system.length_table import LengthTable
 from femflex.system.variation import PLACE, Block, Variation
 
@@ -140,7 +140,7 @@ def _compiled(name: str, write: Callable[..., Any], n_z: int, n_numbers: int, n_
         callback = _numba.cfunc(USER)(guarded_write)
     except numba.core.errors.NumbaError as error:
         raise ValueError(
-            f"the function that writes the properties of body {name!r} cannot be compiled: {_first_line(error)}. "
+            f"the function that writes the properties of body {name!r} cannot be compiled: {first_line(error)}. "
             "It takes (t, z, numbers, block), a number and three arrays of numbers, and writes into the last; use what "
             "Numba compiles"
         ) from error
@@ -158,8 +158,3 @@ def _check_signature(name: str, write: Any) -> None:
 
 def _pointer_to(a: Array) -> Any:
     return a.ctypes.data_as(ctypes.c_void_p)
-
-
-def _first_line(error: Exception) -> str:
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    return next((line for line in lines if not line.startswith("Failed in")), lines[0] if lines else "no reason given")

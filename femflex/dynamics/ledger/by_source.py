@@ -8,7 +8,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.dynamics.forces.force_term import force_terms
-from femflex.dynamics.joints.places import prescribed_places
+from femflex.dynamics.joints.places import FORCES, prescribed_places
 from femflex.dynamics.layout.records import body_records
 from femflex.dynamics.ledger.equation_terms import EQUATION_TERMS
 from femflex.dynamics.ledger.ledger import ledger
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 TERMS = {term.name: term.meaning for term in EQUATION_TERMS}
 SWITCHED = tuple(term.name for term in EQUATION_TERMS if term.switched)  # left out of the compiled equations
 DRIVES, INERTIA_OF = "drives/", "inertia/"
-FORCE_UNITS = {"m/s": "N", "rad/s": "N m", "kg^1/2 m/s": "kg^1/2 m/s^2"}
+FORCE_UNITS = FORCES | {"kg^1/2 m/s": "kg^1/2 m/s^2"}
 
 
 def terms(model: Model, times: Array, states: Array) -> dict[str, Array]:

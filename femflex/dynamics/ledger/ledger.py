@@ -42,12 +42,10 @@ from femflex.dynamics.rate.auxiliary_states import copy_auxiliary_states
 from femflex.dynamics.rate.gathering import gather_residual
 from femflex.dynamics.rate.rate import LEFT_OUT
 from femflex.kernels.compiled import inner, kernel
-from femflex.kernels.entries import entry
+from femflex.kernels.entries import ARRAYS, MATRIX, VECTOR, VOID, entry
 from femflex.kernels.lanes import offset, pointer
-from femflex.kernels.symbols import types
 
-_vector, _matrix = types.float64[::1], types.float64[:, ::1]
-LEDGER = types.void(_vector, _matrix, _matrix, _matrix, types.int64[::1], _vector, _vector)
+LEDGER = VOID(VECTOR, MATRIX, MATRIX, MATRIX, *ARRAYS)
 
 
 @inner

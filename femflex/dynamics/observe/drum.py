@@ -23,12 +23,11 @@ from femflex.dynamics.observe.row import worded
 from femflex.dynamics.rate.auxiliary_states import copy_auxiliary_states
 from femflex.dynamics.rate.drum_force import change_power, drum_force, exit_density
 from femflex.kernels.compiled import kernel
+from femflex.kernels.entries import ARRAYS, MATRIX, REAL, VECTOR, VOID
 from femflex.kernels.lanes import offset, pointer
-from femflex.kernels.symbols import types
 from femflex.system import Channel, LengthTable, System
 
-_vector, _rows = types.float64[::1], types.float64[:, ::1]
-CHANGES = types.void(types.float64, _vector, _vector, _vector, _rows, types.int64[::1], _vector, _vector)
+CHANGES = VOID(REAL, VECTOR, VECTOR, VECTOR, MATRIX, *ARRAYS)
 N_CHANGES = 8  # numbers of a body, as `gather_changes` writes them
 
 

@@ -4,30 +4,35 @@ from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.bodies.shapes import combined, marker_velocity
-from femflex.dynamics.forces.forces import (
+from femflex.dynamics.forces.forces import account_of, call_report
+from femflex.dynamics.forces.gravity import Origin, reference_motion
+from femflex.dynamics.joints.prescribed_motion import prescribed_state
+from femflex.dynamics.layout.records import (
     A_DISSIPATION,
     A_DRIFT,
     A_ENERGY,
     A_SHIFT,
     A_SUPPLIED,
-    account_of,
-    call_report,
+    W_CIN,
+    W_OMEGA,
+    W_POS,
+    W_VEL,
+    body_of,
+    header_of,
+    marker_of,
+    term_of,
 )
-from femflex.dynamics.forces.gravity import Origin, reference_motion
-from femflex.dynamics.joints.prescribed_motion import prescribed_state
-from femflex.dynamics.layout.records import W_CIN, W_OMEGA, W_POS, W_VEL, body_of, header_of, marker_of, term_of
 from femflex.dynamics.observe.monitors import observe_energies
 from femflex.dynamics.observe.row import BODY_WIDTH, FIXED_WIDTH, IN_BODY, IN_MARKER, MARKER_WIDTH, ROW
 from femflex.dynamics.rate.auxiliary_states import copy_auxiliary_states
 from femflex.dynamics.rate.rate import place_bodies
 from femflex.kernels.compiled import inner, kernel
+from femflex.kernels.entries import ARRAYS, MATRIX, VECTOR, VOID
 from femflex.kernels.lanes import offset, pointer
-from femflex.kernels.symbols import types
 from femflex.kernels.turns import quaternion_of
 from femflex.kernels.vectors import Vector, add, cross, load3, load9, store3, store4, sub, transpose, turn_back
 
-_matrix, _vector, _integers = types.float64[:, ::1], types.float64[::1], types.int64[::1]
-OBSERVE = types.void(_vector, _matrix, _matrix, _integers, _vector, _vector)
+OBSERVE = VOID(VECTOR, MATRIX, MATRIX, *ARRAYS)
 
 
 @inner

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.arrays import Array, Table
-from femflex.dynamics.joints.places import prescribed_freedoms, prescribed_places
+from femflex.dynamics.joints.places import FORCES, prescribed_freedoms, prescribed_places
 from femflex.dynamics.joints.prescribed_motion import prescribed_state
 from femflex.dynamics.layout.records import header_of
 from femflex.dynamics.ledger.by_source import DRIVES, terms
@@ -47,9 +47,6 @@ def observe_prescribing_forces(
         write_prescribing_forces(
             times[j], pointer(states[j]), pointer(rows[j]), udot, pointer(table), pointer(pool), pointer(work)
         )
-
-
-FORCES = {"m/s": "N", "rad/s": "N m"}
 
 
 class PrescribedMotion(Report):

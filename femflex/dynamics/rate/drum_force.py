@@ -143,32 +143,26 @@ def sum9(m: Matrix, s: float, n: Matrix) -> Matrix:
 
 
 @inner
-def joint_force_at_P(child: Record, parent: Record, shift: int, pool: Array, work: Array) -> float:
-    """Return the joint's force on the velocity of marker P (on the deploying parent) per rate of the length."""
-    w = child["work"]
-    C = load_rows(work, w + W_CIP)
-    force, torque = turn_back(C, load3(work, w + W_P)), turn_back(C, load3(work, w + W_P + 4))
-    wide, delta, marker = parent["wide"], parent["delta"], child["place"] + shift
-    shape, spin = child["shape"] + shift, child["spin"] + shift
-    velocity = add(load3(pool, marker + 16), combined(pool, shape + 3 * wide, wide, work, delta))
-    theta = combined(pool, child["spin"], wide, work, delta)
-    _, _, rate, _ = moving_vector_turn(theta, combined(pool, spin + 3 * wide, wide, work, delta))
-    r_P = add(load3(pool, child["place"]), combined(pool, child["shape"], wide, work, delta))
-    arm = sub(load3(work, w + W_R), r_P)
+def marker_force(
+    b: Record,
+    wrench: tuple[Vector, Vector],
+    place: Vector,
+    marker: tuple[int, int, int],
+    shift: int,
+    pool: Array,
+    work: Array,
+) -> float:
+    """Force of a joint's force and torque about a place on the velocity of a marker per rate of the length.
+
+    All in components of the body b; marker: where its place, phi and psi stand.
+    """
+    (force, torque), wide, delta, (position, shape, spin) = wrench, b["wide"], b["delta"], marker
+    velocity = combined(pool, shape + shift + 3 * wide, wide, work, delta)
+    velocity = add(load3(pool, position + shift + 16), velocity)
+    theta = combined(pool, spin, wide, work, delta)
+    _, _, rate, _ = moving_vector_turn(theta, combined(pool, spin + shift + 3 * wide, wide, work, delta))
+    arm = sub(place, add(load3(pool, position), combined(pool, shape, wide, work, delta)))
     return dot(force, velocity) + dot(add(torque, cross(arm, force)), rate)
-
-
-@inner
-def joint_force_at_Q(b: Record, shift: int, pool: Array, work: Array) -> float:
-    """Return the force of the body's own joint on the velocity of its marker Q per rate of the length."""
-    w, wide, delta = b["work"], b["wide"], b["delta"]
-    force, torque = load3(work, w + W_P), load3(work, w + W_P + 4)
-    shape, spin = b["own_shape"] + shift, b["own_spin"] + shift
-    velocity = add(load3(pool, b["own_place"] + shift + 16), combined(pool, shape + 3 * wide, wide, work, delta))
-    theta = combined(pool, b["own_spin"], wide, work, delta)
-    _, _, rate, _ = moving_vector_turn(theta, combined(pool, spin + 3 * wide, wide, work, delta))
-    r_Q = add(load3(pool, b["own_place"]), combined(pool, b["own_shape"], wide, work, delta))
-    return -dot(force, velocity) - dot(sub(torque, cross(r_Q, force)), rate)
 
 
 @inner
@@ -209,11 +203,16 @@ def joint_forces(i: int, shift: int, table: Table, pool: Array, work: Array) -> 
     """Force of the joints of body i on the velocities that their markers have in it per rate of the length."""
     b, force = body_of(table, i), 0.0
     if b["own_bends"] >= VARIES:
-        force += joint_force_at_Q(b, shift, pool, work)
+        wrench = load3(work, b["work"] + W_P), load3(work, b["work"] + W_P + 4)
+        force -= marker_force(b, wrench, ZERO, (b["own_place"], b["own_shape"], b["own_spin"]), shift, pool, work)
     for k in range(i + 1, header_of(table)["n_bodies"]):
         child = body_of(table, k)
         if child["parent"] == i and child["bends"] >= VARIES:
-            force += joint_force_at_P(child, b, shift, pool, work)
+            w = child["work"]
+            C = load_rows(work, w + W_CIP)
+            wrench = turn_back(C, load3(work, w + W_P)), turn_back(C, load3(work, w + W_P + 4))
+            marker = child["place"], child["shape"], child["spin"]
+            force += marker_force(b, wrench, load3(work, w + W_R), marker, shift, pool, work)
     return force
 
 

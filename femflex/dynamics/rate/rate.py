@@ -29,17 +29,14 @@ from femflex.dynamics.rate.auxiliary_states import copy_auxiliary_states, write_
 from femflex.dynamics.rate.kinematics import place_body
 from femflex.dynamics.rate.recursion import accelerate, reduce_to_root
 from femflex.kernels.compiled import inner, kernel
-from femflex.kernels.entries import INTEGER, INTEGERS, NUMBERS, REAL, VOID, caller
+from femflex.kernels.entries import ARRAYS, INTEGER, NUMBERS, POINTERS, REAL, VECTOR, VOID, caller
 from femflex.kernels.lanes import offset, pointer
-from femflex.kernels.symbols import types
 
-_vector = types.float64[::1]
-RATE = types.void(types.float64, _vector, _vector, types.int64[::1], _vector, _vector)
-_OWN = (INTEGERS, NUMBERS, NUMBERS)  # table, pool, work
-CONSTRAIN = VOID(REAL, NUMBERS, NUMBERS, NUMBERS, INTEGER, *_OWN)
-LENGTHS = VOID(REAL, INTEGER, NUMBERS, NUMBERS, NUMBERS, *_OWN)
-LENGTH_STEPS = VOID(REAL, INTEGER, NUMBERS, NUMBERS, NUMBERS, NUMBERS, REAL, *_OWN)
-LEFT_OUT = VOID(REAL, NUMBERS, NUMBERS, *_OWN)
+RATE = VOID(REAL, VECTOR, VECTOR, *ARRAYS)
+CONSTRAIN = VOID(REAL, NUMBERS, NUMBERS, NUMBERS, INTEGER, *POINTERS)
+LENGTHS = VOID(REAL, INTEGER, NUMBERS, NUMBERS, NUMBERS, *POINTERS)
+LENGTH_STEPS = VOID(REAL, INTEGER, NUMBERS, NUMBERS, NUMBERS, NUMBERS, REAL, *POINTERS)
+LEFT_OUT = VOID(REAL, NUMBERS, NUMBERS, *POINTERS)
 call_constrain, call_lengths, call_length_steps, call_left_out = (
     caller(kind) for kind in (CONSTRAIN, LENGTHS, LENGTH_STEPS, LEFT_OUT)
 )
