@@ -71,8 +71,9 @@ def _page(schema: Schema, pool: Pool) -> str:
     for key, about in root.items():
         if key in plain or key in SKIPPED:
             continue
-        sections.append(f"\n## {PARENTS.get(key, f'[{key}]')}\n\n{cell(about.get('description', ''))}\n")
         tables = tables_of(about, schema)
+        intro = "" if len(tables) == 1 else f"\n{cell(about.get('description', ''))}\n"  # one table has its own
+        sections.append(f"\n## {PARENTS.get(key, f'[{key}]')}\n{intro}")
         for name, inner in tables.items():
             single = len(tables) == 1
             uses = uses_of(sources(), key, inner)

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from femflex.arrays import Array
+from femflex.summary import Rows, Summarised
 
 
-@dataclass(frozen=True, eq=False)
-class Marker:
+@dataclass(frozen=True, eq=False, repr=False)
+class Marker(Summarised):
     """A named point on a body, to which joints, loads and sensors attach.
 
     position    (3,)    undeformed position, body frame [m]
@@ -35,6 +36,13 @@ class Marker:
         """A marker at a position (3,) [m] with axes C_BM (3, 3) that does not move with the elastic coordinates."""
         zero = np.zeros((3, n_modes))
         return cls(np.asarray(position, float), zero, zero, np.eye(3) if orientation is None else orientation)
+
+    def summary(self) -> tuple[str, Rows]:
+        """Position, axes and number of shapes."""
+        axes = [", ".join(f"{value:.6g}" for value in column + 0.0) for column in self.orientation.T]
+        rows = [("position", ", ".join(f"{value:.6g}" for value in self.position + 0.0) + " m")]
+        rows += [(f"axis {name}", text) for name, text in zip("xyz", axes, strict=True)]
+        return "Marker", [*rows, ("shapes", str(self.phi.shape[1]))]
 
     @property
     def loads(self) -> Array:

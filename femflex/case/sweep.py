@@ -148,6 +148,9 @@ def parse_sweep(text: str, name: str = "sweep.toml") -> SweepTable:
         raw = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise CaseError(name, [Problem("", f"this is no TOML file: {error}")]) from None
+    if "bodies" in raw and "case" not in raw:
+        text = "this is a case; a sweep is a file of its own, whose `case` names the case and whose [vary] its values"
+        raise CaseError(name, [Problem("", text)])
     try:
         return SweepTable.model_validate(raw)
     except ValidationError as error:

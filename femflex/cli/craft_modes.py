@@ -133,6 +133,7 @@ def damping_note(case: Case, modes: SystemModes) -> str:
         if (
             modes.known[k]
             or modes.names[k].startswith(MOTIONS)
+            or "." in modes.names[k]  # mostly a state of an effector
             or not shares
             or shares[body] < CARRIES
             or not 0.0 < damping_ratio < 1.0

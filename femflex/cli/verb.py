@@ -172,7 +172,7 @@ def warnings_so_far() -> list[str]:
 
 
 def print_warnings() -> None:
-    """Print the warnings that wait."""
+    """Print the warnings gathered and not printed yet."""
     GATHERED.print_pending()
 
 

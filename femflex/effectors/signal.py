@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import model_validator
@@ -12,6 +12,7 @@ from femflex.arrays import Array
 from femflex.effectors.noun import EffectorNoun
 from femflex.kernels.compiled import inner
 from femflex.noun.table import refuse
+from femflex.noun.units import UnitError, to_si
 from femflex.noun.values import Plain, Quantity, counted_noun
 from femflex.system.acting import ALONE, Context
 from femflex.system.effector import Effector
@@ -28,16 +29,29 @@ class Signal(EffectorNoun, heading="signals"):
     times: Annotated[tuple[float, ...], Quantity("s", (None,))]
     """Times, rising. Before the first and after the last the value stays."""
     values: tuple[Plain, ...]
-    """Value at each time, in SI units."""
+    """Value at each time, in SI units; or texts with a unit, such as "30 deg", where `unit` is given."""
     kind: Kind = "linear"
     """Between two times: stays, is linear, or goes from rest to rest as a polynomial of degree 5."""
     unit: str = "1"
-    """Unit that the result file states."""
+    """SI unit of the value, such as "rad"; the result file states it."""
 
     n_markers = 0
     gives_signals = True
     channels = {"value": "1", "rate": "1/s"}
     derived = ("steps", "linear", "count", "table")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _values_in_unit(cls, data: Any) -> Any:
+        """The table with its texts as numbers in `unit`."""
+        if not isinstance(data, dict) or not isinstance(data.get("values"), list | tuple):
+            return data
+        unit = data.get("unit", "")
+        try:
+            values = [to_si(v, str(unit)) if isinstance(v, str) else v for v in data["values"]]
+        except UnitError as problem:
+            refuse(f"values: {problem}" + ("" if unit else "; or give `unit`, such as 'rad' for angles"))
+        return data | {"values": values}
 
     @model_validator(mode="after")
     def _times_and_values_match(self) -> Signal:

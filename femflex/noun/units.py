@@ -134,7 +134,7 @@ def example(unit: str) -> str:
 
 def quantity_noun(unit: str) -> str:
     """Quantity that a unit measures, with its article: "a length"."""
-    word = NOUNS[unit]
+    word = NOUNS.get(unit, f"quantity in {unit}")
     return f"{'an' if word[0] in 'aeiou' else 'a'} {word}"
 
 

@@ -139,7 +139,9 @@ def _curves(run: Run, channel: str) -> list[Curve]:
         values = continuous_angles(values, run.names(path))
     count, units, quantity = values.shape[1], run.units(path), path.split("/")[-1]
     names = run.names(path) or (("",) if count == 1 else tuple(str(k + 1) for k in range(count)))
-    columns = [_component(path, names, component)] if component else range(count)
+    columns = [_component(path, names, component)] if component else list(range(count))
+    if len(columns) == 3 and set(names) == {"x", "y", "z"}:  # of angles the channel has the order of their sequence
+        columns.sort(key=names.__getitem__)
     owner = path.split("/")[1] if path.count("/") > 1 else ""
     summed = path == "monitors/energy" and "monitors/kinetic" in run
     magnitude = float(np.abs(run["monitors/kinetic"]).max(initial=0.0)) if summed else 0.0

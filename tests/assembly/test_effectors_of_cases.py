@@ -25,7 +25,7 @@ kind = "smooth"
 
 [signals.spin]
 times = [0, 5]
-values = [3, 7]
+values = ["3 rad/s", 7]
 unit = "rad/s"
 kind = "steps"
 

@@ -62,7 +62,7 @@ class FullSection:
         return False
 
     def resultants(self, material: Material | None, s: Array, length: Array | float) -> Resultants:
-        """See Section, with its shapes and units; the material, if any, is not used."""
+        """Stiffness and mass per length as `Resultants`; the material, if any, is not used."""
         K, M = np.asarray(self.stiffness, float), np.asarray(self.mass, float)
         ones = np.ones(np.shape(s))
         EA, GAy, GAz, GJ, EIy, EIz = (value * ones for value in np.diag(K))
@@ -75,7 +75,7 @@ class FullSection:
         )  # fmt: skip
 
     def outline(self, s: Array, length: Array | float) -> Outline:
-        """See Section, with its shapes and units."""
+        """Polygon of the section (..., k, 2) [m] at s."""
         K = np.asarray(self.stiffness, float)
         ones = np.ones(np.shape(s))
         if self.radius is not None:

@@ -41,12 +41,12 @@ class Rectangle(Shape):
     height: Variation
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
-        """See Section, with its shapes and units."""
+        """Properties of the section at s, with the shapes and units of `SectionProperties`."""
         b, h = self.dimensions(s, length).values()
         return SectionProperties(b * h, b * h**3 / 12, h * b**3 / 12, rectangle_torsion(b, h), b / 2, h / 2)
 
     def outline(self, s: Array, length: Array | float) -> Outline:
-        """See Section, with its shapes and units."""
+        """Polygon of the section (..., k, 2) [m] at s."""
         b, h = self.dimensions(s, length, pointed=True).values()
         return polygon(b[..., None] / 2 * [-1, 1, 1, -1], h[..., None] / 2 * [-1, -1, 1, 1])
 
@@ -71,7 +71,7 @@ class Box(Shape):
     thickness: Variation
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
-        """See Section, with its shapes and units."""
+        """Properties of the section at s, with the shapes and units of `SectionProperties`."""
         b, h, t = self.dimensions(s, length).values()
         check_wall(self, t, np.minimum(b, h) / 2, s)
         bi, hi = b - 2 * t, h - 2 * t
@@ -84,7 +84,7 @@ class Box(Shape):
         )
 
     def outline(self, s: Array, length: Array | float) -> Outline:
-        """See Section, with its shapes and units."""
+        """Polygon of the section (..., k, 2) [m] at s."""
         return Rectangle(self.width, self.height).outline(s, length)
 
     def shear_factors(self, s: Array, length: Array | float, nu: float) -> tuple[Array, Array]:
@@ -102,13 +102,13 @@ class Circle(Shape):
     is_round = True
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
-        """See Section, with its shapes and units."""
+        """Properties of the section at s, with the shapes and units of `SectionProperties`."""
         (r,) = self.dimensions(s, length).values()
         I = np.pi / 4 * r**4
         return SectionProperties(np.pi * r**2, I, I, 2 * I, r, r)
 
     def outline(self, s: Array, length: Array | float) -> Outline:
-        """See Section, with its shapes and units."""
+        """Polygon of the section (..., k, 2) [m] at s."""
         (r,) = self.dimensions(s, length, pointed=True).values()
         return ellipse(r, r)
 
@@ -127,7 +127,7 @@ class Tube(Shape):
     is_round = True
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
-        """See Section, with its shapes and units."""
+        """Properties of the section at s, with the shapes and units of `SectionProperties`."""
         R, t = self.dimensions(s, length).values()
         check_wall(self, t, R, s)
         r = R - t
@@ -135,7 +135,7 @@ class Tube(Shape):
         return SectionProperties(np.pi * (R + r) * t, I, I, 2 * I, R, R)
 
     def outline(self, s: Array, length: Array | float) -> Outline:
-        """See Section, with its shapes and units."""
+        """Polygon of the section (..., k, 2) [m] at s."""
         R = self.dimensions(s, length, pointed=True)["outer_radius"]
         return ellipse(R, R)
 
@@ -162,7 +162,7 @@ class ISection(Shape):
     web: Variation
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
-        """See Section, with its shapes and units."""
+        """Properties of the section at s, with the shapes and units of `SectionProperties`."""
         b, h, f, w = self.dimensions(s, length).values()
         check_wall(self, f, h / 2, s, "flange", "half the height")
         check_wall(self, w, b, s, "web", "the width")
@@ -176,7 +176,7 @@ class ISection(Shape):
         return SectionProperties(A, Iy, Iz, J, b / 2, h / 2)
 
     def outline(self, s: Array, length: Array | float) -> Outline:
-        """See Section, with its shapes and units."""
+        """Polygon of the section (..., k, 2) [m] at s."""
         b, h, f, w = (v[..., None] / 2 for v in self.dimensions(s, length, pointed=True).values())
         inner = h - 2 * f
         y = np.concatenate([-b, b, b, w, w, b, b, -b, -b, -w, -w, -b], axis=-1)
@@ -208,13 +208,13 @@ class GivenSection(Shape):
     z_max: Variation | None = None
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
-        """See Section, with its shapes and units."""
+        """Properties of the section at s, with the shapes and units of `SectionProperties`."""
         d = self.dimensions(s, length)
         y_max, z_max = self._fibres(d)
         return SectionProperties(d["A"], d["Iy"], d["Iz"], d["J"], y_max, z_max)
 
     def outline(self, s: Array, length: Array | float) -> Outline:
-        """See Section, with its shapes and units."""
+        """Polygon of the section (..., k, 2) [m] at s."""
         return ellipse(*self._fibres(self.dimensions(s, length, pointed=True)))
 
     @staticmethod
@@ -245,7 +245,7 @@ class StiffnessSection(Dimensioned):
     GAz: Variation | None = None
 
     def resultants(self, material: Material | None, s: Array, length: Array) -> Resultants:
-        """See Section, with its shapes and units; the material, if any, is not used."""
+        """Stiffness and mass per length as `Resultants`; the material, if any, is not used."""
         d = self.dimensions(s, length)
         stiff_ry2, stiff_rz2 = d["EIy"] / d["EA"], d["EIz"] / d["EA"]
         ry2, rz2 = (d[n] ** 2 if n in d else r for n, r in (("ry", stiff_ry2), ("rz", stiff_rz2)))
@@ -254,7 +254,7 @@ class StiffnessSection(Dimensioned):
         return Resultants(d["EA"], d["GJ"], d["EIy"], d["EIz"], d["mass_per_length"], ry2, rz2, polar2, *shear)
 
     def outline(self, s: Array, length: Array | float) -> Outline:
-        """See Section, with its shapes and units."""
+        """Polygon of the section (..., k, 2) [m] at s."""
         d = self.dimensions(s, length, pointed=True)
         if "area" in d:
             radius = np.sqrt(d["area"] / np.pi)

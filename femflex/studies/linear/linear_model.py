@@ -271,7 +271,11 @@ def output_entries(
         if component and component not in names:
             raise KeyError(f"channel {path!r} has no component {component!r}; {suggestion_text(component, names)}")
         units = channel.unit.split(", ")
-        for k, name in enumerate(names):
+        columns: Sequence[int] = range(len(names))
+        if set(names) == {"x", "y", "z"}:  # of angles the channel has them in the order of their sequence
+            columns = sorted(columns, key=names.__getitem__)
+        for k in columns:
+            name = names[k]
             if component in ("", name):
                 entries.append((path, k))
                 outputs.append((f"{path}:{name}" if channel.shape else path, units[k % len(units)]))
