@@ -137,8 +137,8 @@ class PicturesTable(Table):
     has "_linearised" in its name."""
     traces: list[str] = Field(default_factory=list)
     """Markers ("body.marker") and contact points ("constraints/NAME") whose paths are drawn."""
-    scale: Annotated[float | str, _Scale()] = 1.0
-    """Factor on deformations: 1 is true, "auto" makes them visible; the picture states it."""
+    scale: Annotated[float | str, _Scale()] = "auto"
+    """Factor on deformations: 1 is true, "auto" magnifies small ones until they are visible; the picture states it."""
     colour: str = "displacement"
     """Quantity that colours bodies: displacement, energy, strain:NAME such as strain:axial, stress:NAME such as
     stress:von_mises, peak:NAME, the largest stress over the run, or light, the sunlight that surfaces receive."""
@@ -152,6 +152,8 @@ class PicturesTable(Table):
     """Extent that the camera frames in pictures: the whole run, or the instant of each. Movies frame the whole run."""
     triads: StrictBool = True
     """Draw the axes of frames."""
+    names: StrictBool = True
+    """Write the names of the bodies, where there are two to eight."""
     edges: Literal["auto", "sharp", "mesh", "none"] = "auto"
     """Edges drawn: sharp ones, all mesh edges, or none. auto: sharp ones, and faint mesh lines where they are apart."""
     size: tuple[Pixels, Pixels] = (1280, 720)

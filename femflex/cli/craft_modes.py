@@ -24,7 +24,7 @@ def caption(modes: SystemModes, mode: int) -> str:
     """Number, name and frequency of a mode."""
     frequency = float(modes.frequencies[mode - 1])
     growing = " · grows" if modes.growing[mode - 1] else ""
-    return f"{mode} · {modes.names[mode - 1]} · {frequency:.4g} Hz{growing}"
+    return f"{mode} · {modes.label(mode)} · {frequency:.4g} Hz{growing}"
 
 
 def craft_modes(
@@ -89,7 +89,7 @@ def print_modes(case: Case, modes: SystemModes, number: int | None, verbose: boo
     count = min(number or SHOWN, len(modes.names))
     rows = [
         [
-            str(k + 1), modes.names[k], modes.frequencies[k], *[modes.eigenvalues[k].imag] * verbose,
+            str(k + 1), modes.label(k + 1), modes.frequencies[k], *[modes.eigenvalues[k].imag] * verbose,
             f"{modes.damping_ratios[k]:.4g}" + "*" * bool(modes.growing[k]), kinetic_energy_text(modes, k),
         ]
         for k in range(count)

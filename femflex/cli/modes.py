@@ -187,6 +187,7 @@ def print_modes(name: str, body: FlexibleBody, verbose: bool) -> None:
 
     import numpy as np
 
+    from femflex.body.slices import shape_names
     from femflex.reduction import effective_mass
 
     masses, form, n = effective_mass(body), body.strain_form, body.n_modes
@@ -197,13 +198,18 @@ def print_modes(name: str, body: FlexibleBody, verbose: bool) -> None:
         f"{kind_counts(body.kinds[:n])}{dependent_count(body)}{strain}"
     )
     several = len(set(masses.kinds)) > 1
-    numbers = [(str(k + 1), f"{omega / (2 * pi):.6g}") for k, omega in enumerate(masses.omega)]
+    names = shape_names(body, masses.shapes)
+    numbers = [
+        (str(k + 1), f"{omega / (2 * pi):.6g}", name)
+        for k, (omega, name) in enumerate(zip(masses.omega, names, strict=True))
+    ]
     kinds = [[kind] * several for kind in masses.kinds]
     shares = 100.0 * np.divide(masses.effective, masses.total, out=np.zeros((n, 6)), where=masses.total > 0)
     sums = 100.0 * masses.running
 
     def table(cells: Iterable[Iterable[Any]], form: str, last: list[list[Any]], kinds: list[list[str]]) -> None:
-        heads = ["mode", "Hz", *((direction, form) for direction in DIRECTIONS), *["kind"] * bool(kinds[0])]
+        directions = ((direction, form) for direction in DIRECTIONS)
+        heads = ["mode", "Hz", ("name", "<"), *directions, *["kind"] * bool(kinds[0])]
         print_table(heads, [[*a, *b, *c] for a, b, c in zip(numbers, cells, kinds, strict=True)] + last)
 
     if verbose:
@@ -214,7 +220,7 @@ def print_modes(name: str, body: FlexibleBody, verbose: bool) -> None:
         table(cells, "", [], [[]] * n)
         return
     print("effective mass in % of the body's mass and inertia")
-    table(shares, ".2f", [["sum", "", *sums[-1], *[""] * several]], kinds)
+    table(shares, ".2f", [["sum", "", "", *sums[-1]]], [[]] * n)
 
 
 def kind_counts(kinds: tuple[str, ...]) -> str:
@@ -247,12 +253,14 @@ def modes_data(body: FlexibleBody, compared_body: FlexibleBody | None) -> dict[s
     """Return the modes of a body for --json."""
     from math import pi
 
+    from femflex.body.slices import shape_names
     from femflex.reduction import effective_mass, mac_of_bodies
 
     masses = effective_mass(body)
     data = {
         "mass_kg": body.moments.mass,
         "frequency_hz": masses.omega / (2 * pi),
+        "names": shape_names(body, masses.shapes),
         "kinds": list(body.kinds),
         "mode_kinds": list(masses.kinds),
         "strain": body.strain_form,

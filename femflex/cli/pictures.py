@@ -51,7 +51,7 @@ def draw_pictures(
     from femflex.view import mode_montage, plot_histories, plot_spectra, plot_spectrograms, render_movie, render_picture
 
     look: dict[str, Any] = table.model_dump(
-        include={"scale", "colour", "theme", "camera", "view", "triads", "edges", "size", "fit"}
+        include={"scale", "colour", "theme", "camera", "view", "triads", "names", "edges", "size", "fit"}
     )
     look["traces"] = tuple(table.traces)
     style: PlotOptions = {"theme": table.theme, "force": force}

@@ -40,7 +40,7 @@ def render(
     mode: Annotated[
         int | None, typer.Option("--mode", min=1, help="Of a body file: draw a looping movie of this mode.")
     ] = None,
-    scale: Annotated[str, typer.Option("--scale", help="Factor on deformations, or 'auto'.")] = "1",
+    scale: Annotated[str, typer.Option("--scale", help="Factor on deformations, 1 is true.")] = "auto",
     colour: Annotated[
         str,
         typer.Option(
@@ -63,6 +63,7 @@ def render(
     size: Annotated[str, typer.Option("--size", help="Width and height in pixels.")] = "1280x720",
     edges: Annotated[str, typer.Option("--edges", help="auto, sharp, mesh or none.")] = "auto",
     no_triads: Annotated[bool, typer.Option("--no-triads", help="Leave out the axes of bodies and frame.")] = False,
+    no_names: Annotated[bool, typer.Option("--no-names", help="Leave out the names of bodies.")] = False,
     trace: Annotated[
         list[str] | None, typer.Option("--trace", help="Marker BODY.MARKER whose path is drawn; may be repeated.")
     ] = None,
@@ -84,6 +85,7 @@ def render(
             "size": tuple(int(n) for n in read_numbers(size.replace("x", ","), 2, "--size")),
             "edges": edges,
             "triads": not no_triads,
+            "names": not no_names,
             "traces": tuple(trace or ()),
         }
         span = (read_seconds(start, "--from"), read_seconds(end, "--to"))

@@ -17,14 +17,16 @@ Head = str | Sequence[str]  # of a column: its name, or the name and the format 
 
 
 def print_table(heads: Sequence[Head], rows: Iterable[Sequence[Any]], title: str = "", keys: int = 1) -> None:
-    """Print a table: text to the left, numbers to the right, nothing for None and nan.
+    """Print a table: text to the left, numbers to the right, nothing for None and nan; "<" is the format of texts.
 
     A table that is wider than the terminal is folded: its columns follow in several tables one below the other, each
     with the first `keys` columns.
     """
     names, formats = zip(*((head, ".6g") if isinstance(head, str) else head for head in heads), strict=True)
     cells = [[cell_text(value, form) for value, form in zip(row, formats, strict=True)] for row in rows]
-    is_left = [k == 0 or not any(row[k][:1] in NUMERIC for row in cells) for k in range(len(names))]
+    is_left = [
+        k == 0 or form == "<" or not any(row[k][:1] in NUMERIC for row in cells) for k, form in enumerate(formats)
+    ]
     widths = [max(len(row[k]) for row in (names, *cells)) for k in range(len(names))]
     lines = [title] * bool(title)
     for group in folded_columns(widths, keys, screen_width()):

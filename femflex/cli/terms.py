@@ -32,7 +32,7 @@ def terms(
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", help="PNG or SVG picture: the motion, and the terms that drive it, stacked."),
+        typer.Option("-o", "--output", help="PNG or SVG picture: the motion, and the terms that drive it."),
     ] = None,
     start: Annotated[str | None, typer.Option("--from", help="First time: seconds, or a text such as '2 min'.")] = None,
     end: Annotated[str | None, typer.Option("--to", help="Last time.")] = None,

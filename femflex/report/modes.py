@@ -38,7 +38,7 @@ def write_modes_report(modes: SystemModes, title: str, path: str | Path, force: 
         reach = float(np.hypot(skin.max_displacement[i], skin.max_displacement[n + i])) or 1.0
         weights[:, i], weights[:, n + i] = np.cos(phase), -np.sin(phase)
         poses = np.tile([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], (PHASES, 1))
-        name = f"{number} {modes.names[number - 1]}, {modes.frequencies[number - 1]:.4g} Hz"
+        name = f"{number} {modes.label(number)}, {modes.frequencies[number - 1]:.4g} Hz"
         amplitude = SWING * size / reach
         clips.append(Clip(name, phase, {"craft": poses}, {"craft": amplitude * weights}, 1.0, repeats=True))
     in_orbit = modes.about.model.system.orbit is not None

@@ -183,7 +183,7 @@ def modes_table(modes: SystemModes, count: int = SHOWN_MODES) -> str:
     rows = [
         (
             k + 1,
-            modes.names[k],
+            modes.label(k + 1),
             float(modes.frequencies[k]),
             float(modes.damping_ratios[k]),
             ", ".join(

@@ -64,6 +64,17 @@ class BodyActor:
             self._delta = np.array(delta)
             self._deform(self._delta, scale, self._delta if own_amplitudes is None else own_amplitudes)
 
+    @property
+    def is_drawn(self) -> bool:
+        """Whether the body has any faces, edges, lines or dots of its own."""
+        return bool(self._actors)
+
+    @property
+    def centre(self) -> Array:
+        """Middle (3,) of the box around the body as it is drawn, in the camera's frame [m]."""
+        boxes = np.array([actor.GetBounds() for actor in self._actors]).reshape(-1, 3, 2)
+        return np.asarray((boxes[..., 0].min(axis=0) + boxes[..., 1].max(axis=0)) / 2)
+
     def rescale(self, top: float) -> None:
         """Colour from none to this displacement [m], where the displacement colours."""
         if self._bar is not None and self._paint is None:

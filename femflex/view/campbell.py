@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 WIDTH, HEIGHT, LOWER = 9.0, 6.0, 1.8  # inches: of the figure, of the frequencies, of the damping below
 FINE = 12  # points drawn between two speeds
 PRINTED = 1e-6  # damping ratio below which there is none to draw
-CLEAR = 0.045  # of the axes, between crossings whose speeds are reported
+CROWDED = 120  # points of lines and labels under the speed at a crossing, above which it is left out
 FRAME = 0.87  # of the figure's sides, within the axes
 RING = [(x, y) for x in (-8, -4, 0, 4, 8) for y in (-6, -3, 0, 3, 6)]  # points, that labels of other rings avoid
 LETTER = 7.5  # points: size of the speeds at crossings
@@ -83,15 +83,15 @@ def _crossings(ax: Axes, diagram: Any, colours: Theme, scale: float, top: float)
     rings = (positions - [start, 0.0]) * points
     for k, crossing_point in enumerate(positions):
         ax.plot(*crossing_point, "o", color=colours.text, markerfacecolor=colours.background, markersize=5.5, zorder=4)
-        distances = np.hypot(*((np.delete(positions, k, axis=0) - crossing_point) / (end, top)).T)
-        if distances.min(initial=1.0) > CLEAR:
-            text = f"{crossing_point[0]:.4g}"
-            other_rings = [np.delete(rings, k, axis=0) + shift for shift in RING]
-            side, label = _clearest_offset(rings[k], text, np.concatenate([lines, *other_rings]))
-            lines = np.concatenate([lines, label])
-            style: dict[str, Any] = {"textcoords": "offset points", "fontsize": LETTER, "color": colours.text}
-            style |= {"ha": "left" if side[0] > 0 else "right" if side[0] < 0 else "center", "va": "center"}
-            ax.annotate(text, (crossing_point[0], crossing_point[1]), side, zorder=5, **style)
+        text = f"{crossing_point[0]:.4g}"
+        other_rings = [np.delete(rings, k, axis=0) + shift for shift in RING]
+        side, label, covered = _clearest_offset(rings[k], text, np.concatenate([lines, *other_rings]))
+        if covered > CROWDED:
+            continue
+        lines = np.concatenate([lines, *[label] * 2])  # labels avoid each other more than lines
+        style: dict[str, Any] = {"textcoords": "offset points", "fontsize": LETTER, "color": colours.text}
+        style |= {"ha": "left" if side[0] > 0 else "right" if side[0] < 0 else "center", "va": "center"}
+        ax.annotate(text, (crossing_point[0], crossing_point[1]), side, zorder=5, **style)
 
 
 def _curve_points(diagram: Any, scale: float, start: float, end: float) -> list[Array]:
@@ -102,8 +102,9 @@ def _curve_points(diagram: Any, scale: float, start: float, end: float) -> list[
     return [np.stack([x, y], axis=1)[np.isfinite(y)] for y in curves]
 
 
-def _clearest_offset(ring_position: Array, text: str, lines: Array) -> tuple[tuple[int, int], Array]:
-    """Offset of a label from a ring, of SIDES, with the fewest of the points `lines` (n, 2) in it, and its area [pt].
+def _clearest_offset(ring_position: Array, text: str, lines: Array) -> tuple[tuple[int, int], Array, int]:
+    """Offset of a label from a ring, of SIDES, with the fewest of the points `lines` (n, 2) in it, its area [pt], and
+    the number of these points.
 
     The area is points all over the label, which later labels avoid more than lines.
     """
@@ -115,7 +116,7 @@ def _clearest_offset(ring_position: Array, text: str, lines: Array) -> tuple[tup
 
     best = min(SIDES, key=covered_points)
     cover = np.stack(np.meshgrid(np.linspace(-1, 1, 40), np.linspace(-1, 1, 9)), axis=-1).reshape(-1, 2)
-    return best, middles[best] + cover * half
+    return best, middles[best] + cover * half, covered_points(best)
 
 
 def _orders(ax: Axes, diagram: Any, colours: Theme, scale: float, top: float) -> None:

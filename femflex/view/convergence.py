@@ -101,7 +101,9 @@ def _errors(ax: Axes, study: Any, colours: Theme) -> None:
     if counts.size:
         ax.plot(counts, errors, "o", color=colours.lines[0], markersize=5, label="estimated error")
     else:
-        ax.text(0.5, 0.5, "no error can be estimated", transform=ax.transAxes, ha="center", color=colours.faint)
+        box = {"facecolor": colours.background, "edgecolor": "none"}  # the line of the tolerance stays off the text
+        style = {"ha": "center", "color": colours.faint, "bbox": box, "zorder": 5}
+        ax.text(0.5, 0.5, "no error can be estimated", transform=ax.transAxes, **style)
     _mark_recommended(ax, study, study.errors / study.scale, colours)
     with_levels = not np.array_equal(study.levels, abscissa(study))
     for level, count, error in zip(study.levels[estimated], counts, errors, strict=True) if with_levels else ():

@@ -22,6 +22,7 @@ class LookOptions(TypedDict, total=False):
     camera: str
     view: tuple[float, float, float] | None
     triads: bool
+    names: bool
     edges: str
     traces: tuple[str, ...]
     fit: str
@@ -35,14 +36,15 @@ class Look:
 
     theme    "light" or "dark"
     size     width and height [pixels]
-    scale    magnification of the elastic displacement, 1 is true; "auto" makes it visible. The picture states it.
-             (Bodies have their true poses, so a body on a magnified one seems detached; the undeformed bodies are
+    scale    magnification of the elastic displacement, 1 is true; "auto" makes a small one visible. The picture states
+             it. (Bodies have their true poses, so a body on a magnified one seems detached; the undeformed bodies are
              drawn transparent.)
     colour   quantity that colours flexible bodies: "displacement", "energy" or "strain:<name>" (names: see
              `view.paint`); or all bodies: "light" (see `view.sunlight`)
     camera   "auto", "fixed", "follow", "orbital", "body" or "body:<name>"
     view     direction from the scene to the camera, in the camera's frame; None: largest area of the craft
     triads   axes of the bodies, and of the orbital or inertial frame in the corner
+    names    names of the bodies, where there are at least two and at most MOST_NAMES
     edges    "sharp", "mesh" (every edge of the elements), "none"; "auto" adds faint mesh lines where they are apart
     traces   markers, "<body>.<marker>", whose path is drawn
     fit      "run": the camera is framed over the whole run; "picture": over the one drawn
@@ -52,11 +54,12 @@ class Look:
 
     theme: str = "light"
     size: tuple[int, int] = (1280, 720)
-    scale: float | str = 1.0
+    scale: float | str = "auto"
     colour: str = "displacement"
     camera: str = "auto"
     view: tuple[float, float, float] | None = None
     triads: bool = True
+    names: bool = True
     edges: str = "auto"
     traces: tuple[str, ...] = ()
     fit: str = "run"

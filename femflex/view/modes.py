@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from femflex.arrays import Array
 from femflex.body import FlexibleBody, Skin
+from femflex.body.slices import shape_names
 from femflex.view.actors import BodyActor, add_ghost
 from femflex.view.framing import Margins, View, best_direction, fit_camera
 from femflex.view.movie import Progress, write_movie, write_png
-from femflex.view.overlay import add_text
+from femflex.view.overlay import CornerTriad, add_text
 from femflex.view.paint import EVERY, BodyPaint, quantity_of_colour
 from femflex.view.surface import MESH_LINE_GAP, VISIBLE, breadth, surface_of, twist_of
 from femflex.view.theme import Theme, theme_of
@@ -28,6 +29,7 @@ AMPLITUDE = 0.14  # largest displacement drawn, parts of the body's size
 TWISTED = 0.5  # rad; largest twist of slender parts, which widens them by 12 %
 MOST = 12  # shapes of a montage when none are named
 SAMPLES = 2
+TRIAD_LETTER = 0.036  # height of the names of axes, parts of a tile's
 Z = np.array([0.0, 0.0, 1.0])
 
 
@@ -188,14 +190,15 @@ def _movie(
 
 
 def caption(body: FlexibleBody, mode: int) -> str:
-    """Text under a shape: number and frequency, or its kind where it has no frequency.
+    """Text under a shape: number, name and frequency, or its kind where it has no frequency.
 
     The number counts from 1.
     """
+    name = shape_names(body)[mode - 1]
     omega = body.omega[mode - 1] if len(body.omega) >= mode else np.nan
     kind = body.kinds[mode - 1] if len(body.kinds) >= mode else "shape"
     if np.isfinite(omega):
-        return f"mode {mode} · {_hertz(omega / (2 * np.pi))}"
+        return " · ".join(filter(None, (str(mode), name, _hertz(omega / (2 * np.pi)))))
     return f"shape {mode} · {kind}"
 
 
@@ -227,6 +230,8 @@ class _ModeScene:
             bar = Bar(1.0, "", 1.0, 4, self._paint.signed)
         self._body = BodyActor(self._plotter, surface, theme.rigid[0], theme, bar, pixel, self._paint)
         add_ghost(self._plotter, surface, theme, pixel)
+        triad = CornerTriad(self._plotter, camera, ("x", "y", "z"), theme, (width, height), TRIAD_LETTER)
+        triad.show(np.eye(3), np.zeros((0, 3)))
         self._caption = add_text(
             self._plotter.renderer, "", (0.5, 0.045), 0.03 * height + 9 * samples, theme.text, "center bottom"
         )

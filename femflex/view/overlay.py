@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 CORNER = (0.19, 0.175)  # centre of the corner triad from the left and the bottom, parts of the height
 CORNER_ARM = 0.075  # length of its axes
 LETTER = 0.023  # height of letters
+NAME, NAME_VEIL = 0.021, 0.6  # height of names of bodies, parts of the height; opacity behind them
 END_ON = 0.15  # sine of the angle to the line of sight below which an axis is a dot, named below it
 BAR_PLACE = (0.151, 0.128)  # sides of the colour bar from the right rim, parts of the height
 BAR_HEIGHT = (0.22, 0.74)  # its ends
@@ -103,11 +104,45 @@ def _font(bold: bool) -> str:
     return str(Path(matplotlib.get_data_path(), "fonts", "ttf", "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"))
 
 
+class BodyNames:
+    """Names of bodies over the scene, at the middle of each, moved up or down where they would cover each other."""
+
+    def __init__(self, renderer: Any, names: Sequence[str], theme: Theme, size: tuple[int, int]) -> None:
+        import pyvista as pv
+
+        self._aspect, self._labels = size[0] / size[1], {}
+        for name in names:
+            actor = add_text(renderer, name, (0, 0), size[1] * NAME, theme.text, "center center")
+            actor.prop.SetBackgroundColor(*pv.Color(theme.background).float_rgb)
+            actor.prop.SetBackgroundOpacity(NAME_VEIL)
+            self._labels[name] = actor
+
+    def show(self, view: View, centres: dict[str, Array]) -> None:
+        """Move to the middles (3,) of the bodies in the camera's frame [m]."""
+        used: list[Array] = []
+        for name, actor in self._labels.items():
+            half = np.array([0.36 * NAME * (len(name) + 1) / self._aspect, 0.75 * NAME])
+            place = view.on_screen(centres[name][None], self._aspect)[0]
+            steps = (place + np.array([0.0, 2 * half[1] * step]) for step in sorted(range(-8, 9), key=abs))
+            free = (p for p in steps if all((np.abs(p - other[0]) >= half + other[1]).any() for other in used))
+            place = np.clip(next(free, place), half, 1 - half)
+            used.append(np.stack([place, half]))
+            actor.SetPosition(*place)
+
+
 class CornerTriad:
     """Axes of the reference frame in the lower left corner, turning with it, and arrows to sun and along fields."""
 
-    def __init__(self, plotter: Any, view: View, names: tuple[str, ...], theme: Theme, size: tuple[int, int]) -> None:
-        """names: of the three axes, then of the arrows."""
+    def __init__(
+        self,
+        plotter: Any,
+        view: View,
+        names: tuple[str, ...],
+        theme: Theme,
+        size: tuple[int, int],
+        letter: float = LETTER,
+    ) -> None:
+        """names: of the three axes, then of the arrows;  letter: height of the names, parts of the picture's."""
         from vtkmodules.vtkRenderingCore import vtkRenderer
 
         colours = (*theme.axes, *(theme.directions[name] for name in names[3:]))
@@ -132,7 +167,7 @@ class CornerTriad:
         camera.SetClippingRange(1.0, 10.0)
         self._renderer = renderer
         self._labels = [
-            (add_text(plotter.renderer, name, (0, 0), size[1] * LETTER, colour, "center center", bold=True), len(name))
+            (add_text(plotter.renderer, name, (0, 0), size[1] * letter, colour, "center center", bold=True), len(name))
             for name, colour in zip(names, colours, strict=True)
         ]
 

@@ -14,6 +14,7 @@ from femflex.view.look import Look
 from femflex.view.motion import Motion, motion
 from femflex.view.overlay import (
     BAR_HEIGHT,
+    BodyNames,
     CornerTriad,
     add_colour_bar,
     add_length_scale,
@@ -22,7 +23,7 @@ from femflex.view.overlay import (
     pose_matrix,
 )
 from femflex.view.plan import ScenePlan
-from femflex.view.segments import lengths_line
+from femflex.view.segments import lengths_line, segmented_bodies, segmented_body_of
 from femflex.view.sunlight import LIGHT, Sunlight
 from femflex.view.surface import MESH_LINE_GAP, VISIBLE, Surface, breadth, surface_of
 from femflex.view.surroundings import directions_of
@@ -30,6 +31,7 @@ from femflex.view.units import clock
 from femflex.view.window import Image, open_window, place_camera, screenshot_of
 
 TIP = 0.055  # radius of the arrow heads of a body's axes, parts of the shortest
+MOST_NAMES = 8  # names of bodies; more would cover the picture
 BAR_NOTE = "scale of the whole run"  # text under the colour bar; a scale of one instant would flicker in a movie
 
 
@@ -61,6 +63,8 @@ class Scene:
         self._corner: CornerTriad | None = None
         if look.triads:
             self._add_triads(look, (width, height))
+        self._named = self._named_bodies() if look.names else {}
+        self._names = BodyNames(self._plotter.renderer, list(self._named), look.colours, (width, height))
         self._clock = self._add_texts(look, (width, height), note)
 
     def show(self, moving: Motion, k: int) -> None:
@@ -70,6 +74,7 @@ class Scene:
             delta = moving.delta[name][k] if name in moving.delta else np.zeros(0)
             own_amplitudes = moving.amplitudes[name][k] if name in moving.amplitudes else delta
             actor.show(moving.position[name][k], moving.attitude[name][k], delta, plan.scale, own_amplitudes)
+        self._names.show(plan.view, {name: self._bodies[body].centre for name, body in self._named.items()})
         if self._sunlight is not None:
             self._sunlight.show(moving, k, plan.scale)
         for name, ghosts in self._ghosts.items():
@@ -107,6 +112,15 @@ class Scene:
 
     def __exit__(self, *error: object) -> None:
         self.close()
+
+    def _named_bodies(self) -> dict[str, str]:
+        """Name to write -> drawn body next to which it stands, of a body cut into segments the middle one."""
+        segmented, parts = segmented_bodies(self._run), dict[str, list[str]]()
+        for name, actor in self._bodies.items():
+            if actor.is_drawn:
+                parts.setdefault(segmented_body_of(name, segmented) or name, []).append(name)
+        named = {name: bodies[len(bodies) // 2] for name, bodies in parts.items()}
+        return named if 1 < len(named) <= MOST_NAMES else {}
 
     def _surfaces(self, look: Look) -> dict[str, Surface]:
         surfaces, metre = {}, self._plan.view.pixels(look.size[1])

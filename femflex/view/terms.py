@@ -1,4 +1,4 @@
-"""Pictures of what drives a motion: the terms on each coordinate, stacked, with their sum; torques by source."""
+"""Pictures of what drives a motion: the terms on each coordinate as curves, with their sum; torques by source."""
 
 from __future__ import annotations
 
@@ -23,10 +23,9 @@ if TYPE_CHECKING:
 MOST = 7  # contributions with their own names; the others are summed
 SMALL = 2e-3  # of the mean magnitude of all contributions together: smaller ones are not named
 CANCELLED = 0.5  # of the sum of the sizes of the inertia terms: if their sum is smaller they are drawn as one
-CHUNKS, QUIET = 30, 10.0  # intervals of the run whose largest values are compared; percent of them that are quiet
-WIDE = 10.0  # times the quiet values: larger ones are drawn on a logarithmic scale beyond the quiet ones
 RARE, SPIKE = 2.0, 2.5  # percent of the instants; spikes this many times beyond the other values are cut off
-STRIP, STACK = 0.5, 1.35  # heights of the strip of the motion and of the stack, in those of a plot's axes
+STRIP, TERMS = 0.5, 1.35  # heights of the strip of the motion and of the terms, in those of a plot's axes
+SHARES = "share of mean magnitudes"  # of the percentages of the legend
 DASHES = ("-", "--", ":")  # of the curves, when their colours are used up
 
 
@@ -52,21 +51,20 @@ def plot_terms(
 
     split_terms: name -> (n_t, n_u) at the instants `time` of the run, summing to zero, with their signs in
     M udot + h - Q = 0, and M udot whole or split as "inertia/<source>". A coordinate's own inertia times acceleration
-    is the line; all other terms are on the other side of the equation, positive contributions stacked upwards and
-    negative ones downwards.
+    is the dark line; the others, on the other side of the equation, are a line each and add up to it.
     """
     sheet = Sheet(path, title_of(run), **options)
     colours = sheet.colours
     colours_of_terms = _term_colours(split_terms, coordinates, colours)
-    height = (STRIP + STACK) * HEIGHT * len(coordinates) + TITLE
+    height = (STRIP + TERMS) * HEIGHT * len(coordinates) + TITLE
     figure = sheet.figure(WIDTH + 1.0, height)
-    ratios = [STRIP, STACK] * len(coordinates)
+    ratios = [STRIP, TERMS] * len(coordinates)
     axes = figure.subplots(2 * len(coordinates), 1, sharex=True, squeeze=False, height_ratios=ratios)[:, 0]
     seconds, unit = time_unit(float(np.ptp(time)))
     rows = np.searchsorted(run.time, time).astype(np.int64)
-    for strip, stack, coordinate in zip(axes[::2], axes[1::2], coordinates, strict=True):
+    for strip, below, coordinate in zip(axes[::2], axes[1::2], coordinates, strict=True):
         _draw_coordinate(strip, run, rows, time / seconds, coordinate, colours)
-        _draw_stack(stack, time / seconds, split_terms, coordinate, colours_of_terms, colours)
+        _draw_terms(below, time / seconds, split_terms, coordinate, colours_of_terms, colours)
     axes[-1].set_xlabel(f"time [{unit}]")
     return sheet.save()
 
@@ -146,7 +144,7 @@ def _draw_coordinate(
     ax.margins(x=0)
 
 
-def _draw_stack(
+def _draw_terms(
     ax: Axes,
     time: Array,
     split_terms: Mapping[str, Array],
@@ -156,40 +154,23 @@ def _draw_stack(
 ) -> None:
     line, pushes = contributions(split_terms, coordinate)
     total = sum(map(_size, pushes.values())) or 1.0
-    up, down = np.zeros(len(time)), np.zeros(len(time))
-    for name, push in pushes.items():
-        share = _size(push) / total
-        label = f"{readable_name(name)}  {100 * share:.{1 if share < 0.1 else 0}f} %"
-        higher, lower = up + np.maximum(push, 0.0), down + np.minimum(push, 0.0)
-        style: dict[str, Any] = {"color": colours_of_terms[name], "alpha": 0.75, "linewidth": 0.0}
-        ax.fill_between(time, up, higher, label=label, **style)
-        ax.fill_between(time, down, lower, **style)
-        up, down = higher, lower
     ax.axhline(0.0, color=colours.faint, linewidth=0.6)
     has_one_term = len(terms_of_line(split_terms, coordinate)) == 1
     sum_name = readable_name(coordinate.own_source) if has_one_term else "inertia"
-    ax.plot(time, line, color=colours.background, linewidth=3.0)
-    ax.plot(time, line, color=colours.text, linewidth=1.3, label=f"sum: {sum_name}")
+    ax.plot(time, line, color=colours.text, linewidth=2.2, label=f"sum: {sum_name}")
+    for name, push in pushes.items():
+        share = _size(push) / total
+        label = f"{readable_name(name)}  {100 * share:.{1 if share < 0.1 else 0}f} %"
+        ax.plot(time, push, color=colours_of_terms[name], linewidth=1.2, label=label)
     force_text = {"N": "force", "N m": "moment"}.get(coordinate.unit, "generalised force")
     ax.set_ylabel(f"{force_text} [{with_superscripts(coordinate.unit)}]")
     finish(ax, list(pushes), colours)
+    if (legend := ax.get_legend()) is not None:
+        legend.set_title(SHARES)
+        legend.get_title().set(fontsize=8, color=colours.text)
     ax.margins(x=0)
-    high, low = np.maximum(up, line), np.minimum(down, line)
-    if not _set_logarithmic_scale(ax, high, low, coordinate.unit, colours):
-        _cut_spikes(ax, time, high, low, coordinate.unit, colours)
-
-
-def _set_logarithmic_scale(ax: Axes, high: Array, low: Array, unit: str, colours: Theme) -> bool:
-    """Make the scale logarithmic if large parts of the run differ by orders of magnitude; return whether it did."""
-    reach = np.maximum(high, -low)
-    swings = [float(chunk.max()) for chunk in np.array_split(reach, min(CHUNKS, len(reach)))]
-    quiet_value, large_values = float(np.percentile(swings, QUIET)), float(np.percentile(reach, 100 - RARE))
-    if not large_values > WIDE * quiet_value > 0:
-        return False
-    start = float(f"{quiet_value:.0e}")
-    ax.set_yscale("symlog", linthresh=start)
-    _note(ax, f"scale linear to {start:g} {with_superscripts(unit)}, logarithmic beyond", colours)
-    return True
+    curves = np.stack([line, *pushes.values()])
+    _cut_spikes(ax, time, curves.max(axis=0), curves.min(axis=0), coordinate.unit, colours)
 
 
 def _note(ax: Axes, text: str, colours: Theme) -> None:

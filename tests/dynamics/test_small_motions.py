@@ -121,6 +121,7 @@ def test_hub_with_beam_has_exact_frequencies(r, J, m, pinned):
     rigid = int(found.known.sum())
     assert rigid == (1 if pinned else 6) and not found.frequencies[:rigid].any() and found.stable
     assert found.names[rigid : rigid + 3] == ("bending 1", "bending 2", "bending 3")
+    assert found.directions[rigid : rigid + 3] == ("y",) * 3 and found.label(rigid + 1) == "bending 1, y"
     assert 2 * np.pi * found.frequencies[rigid : rigid + 3] == pytest.approx(
         exact_frequencies(r, J, m, pinned), rel=2e-3
     )

@@ -52,6 +52,20 @@ def test_magnification_changes_the_picture(tmp_path, run):
     assert np.count_nonzero(np.abs(true_scale.astype(int) - magnified).sum(axis=2) > 60) > 100
 
 
+def test_names_stand_at_the_middle_of_the_bodies(tmp_path, run):
+    look = {**SMALL, "view": (0.0, -1.0, 0.3), "camera": "body:hub", "fit": "picture"}
+    bare, named = (
+        pixels_of(render_picture(run, tmp_path / f"{k}.png", time=3.0, names=k, **look)) for k in (False, True)
+    )
+    rows, columns = np.nonzero(np.abs(bare - named).max(axis=2) > 30)
+    plan, moving = plan_scene(run, Look(**look), 3.0), motion(run, np.array([3.0]), "body", "hub", (), 1.0)
+    skin = run.bodies()["boom"].skin
+    middle = moving.position["boom"][0] + moving.attitude["boom"][0] @ (skin.points.min(0) + skin.points.max(0)) / 2
+    (place,) = plan.view.on_screen(np.stack([middle]), 320 / 180)
+    near = np.hypot(columns - 320 * place[0], rows - 180 * (1 - place[1])) < 20
+    assert np.count_nonzero(near) > 20 and np.count_nonzero(~near) > 10  # the other is that of the hub
+
+
 def test_traces_grow_with_time(tmp_path, run):
     look = {**SMALL, "traces": ("boom.tip",), "triads": False}
     early, late = (pixels_of(render_picture(run, tmp_path / f"{t}.png", time=t, **look)) for t in (1.0, 18.0))

@@ -1,10 +1,10 @@
 """Name and energies of a small motion: rigid motion of the craft, motion of a joint, or deformation of bodies.
 
 Rigid motions of the craft are the wobble of a free spin (seen from inertial space: nutation) and librations in orbit.
-Everything else is named by the bodies, looked at in slices along their longest direction. The mean motion of a slice is
-flap along the spin axis, lag across it and stretch along the body; turning about the body's line is torsion, and what
-is left bends the slice (chordwise). Where nothing spins flap and lag are both bending. A slice may move along the body
-though nothing is stretched, as a leg of a folded boom does: strain decides, where it is known, and the word is lag.
+Everything else is named by the bodies, looked at in slices along their longest direction (`body.slices`): flap is along
+the spin axis, lag across it. Where nothing spins flap and lag are both bending, which has a direction. A slice may move
+along the body though nothing is stretched, as a leg of a folded boom does: strain decides, where it is known, and the
+word is lag.
 """
 
 from __future__ import annotations
@@ -16,28 +16,30 @@ import numpy as np
 
 from femflex.arrays import Array, BoolArray, ComplexArray
 from femflex.body import FlexibleBody
+from femflex.body.slices import DEFORMATIONS, direction_letters, points_of, slice_shares
 from femflex.dynamics.linear.equations import linear_stiffness
 from femflex.dynamics.linear.freedoms import elastic_places, is_prescribed
 from femflex.dynamics.linear.rigid_motions import LIBRATIONS, MOTIONS, TILT, WOBBLE, rigid_fields
 from femflex.dynamics.linear.small_motions import SmallMotions
 from femflex.dynamics.model import Model
 
-DEFORMATIONS = ("flap", "lag", "stretch", "torsion", "chordwise")
 LAG, STRETCH = DEFORMATIONS.index("lag"), DEFORMATIONS.index("stretch")
 MEMBRANE = {"line": 1, "plate": 3}  # the first strains of a part, which stretch it
 JOINT = "joint"
-SLICES = 16
-MAX_POINTS = 400  # points of a body that are looked at
-PARALLEL = 0.9  # cosine between spin axis and body from which on it spins about its own line
 LEAST_SHARE = 1e-3  # share of a vibration's mass that must be seen to move; less is a turn about the line itself
 DECISIVE_SHARE = 0.5  # share of the kinetic energy in rigid motions, or of the stiffness in strain, that decides
 
 
 @dataclass(frozen=True, eq=False)
 class MotionCharacter:
-    """Words (n,) for n motions, and the share of the kinetic energy (n,) of each body in each of them, by name."""
+    """Words (n,) for n motions, their directions, and the share of the kinetic energy (n,) of each body by its name.
+
+    directions (n,)  of bending where nothing spins, in axes of the root body ("z", "yz"); of a joint's motion its
+                     coordinate ("hinge.angle"); else empty
+    """
 
     words: tuple[str, ...]
+    directions: tuple[str, ...]
     energy: dict[str, Array]
 
 
@@ -52,11 +54,20 @@ def motion_character(model: Model, motions: SmallMotions, axis: Array | None = N
     K = linear_stiffness(model)[0] * np.outer(elastic, elastic)
     strain = np.einsum("uk,uv,vk->k", motions.shapes.conj(), K, motions.shapes, optimize=True).real
     strained = strain >= DECISIVE_SHARE * np.abs(motions.eigenvalues) ** 2
-    words = _deformation_words(model, motions, axis, strained)
-    _name_joints(motions, words, np.eye(model.n_u)[:, ~is_prescribed(model) & ~elastic], axis, strained)
+    words, letters = _deformation_words(model, motions, axis, strained)
+    free = np.flatnonzero(~is_prescribed(model) & ~elastic)
+    _name_joints(motions, words, np.eye(model.n_u)[:, free], axis, strained)
     _name_rigid(model, motions, words)
     words = [state or word for state, word in zip(motions.owners, words, strict=True)]
-    return MotionCharacter(tuple(words), {name: energy / total for name, energy in kinetic.items()})
+    directions, names = [], model.system.velocity_names()
+    for k, word in enumerate(words):
+        if word == JOINT:
+            effort = np.abs(motions.shapes[free, k]) ** 2 * np.diag(motions.M)[free]
+            directions.append(names[free[int(np.argmax(effort))]][0].removesuffix("_rate"))
+        else:
+            directions.append(letters[k] if word == "bending" else "")
+    energies = {name: energy / total for name, energy in kinetic.items()}
+    return MotionCharacter(tuple(words), tuple(directions), energies)
 
 
 def numbered_names(words: Sequence[str]) -> tuple[str, ...]:
@@ -72,24 +83,31 @@ def numbered_names(words: Sequence[str]) -> tuple[str, ...]:
     return tuple(out)
 
 
-def _deformation_words(model: Model, motions: SmallMotions, axis: Array | None, strained: BoolArray) -> list[str]:
-    """Return the word for each motion by the motion of the bodies' slices, weighted by their mass.
+def _deformation_words(
+    model: Model, motions: SmallMotions, axis: Array | None, strained: BoolArray
+) -> tuple[list[str], list[str]]:
+    """Return the word for each motion by the motion of the bodies' slices, weighted by their mass, and its direction.
 
     Where strain is what resists (strained), the rigid bodies, which only go along, do not count.
     """
     total = np.zeros((motions.shapes.shape[1], len(DEFORMATIONS)))
+    total_across = np.zeros((len(total), 3))
+    C_FB = motions.bodies[model.system.root].attitude
     for name, body in model.system.bodies.items():
-        shares = _slice_shares(*motions.bodies[name].points(*points_of(body), motions.shapes), axis)
+        points, moved = motions.bodies[name].points(*points_of(body), motions.shapes)
+        shares, across = slice_shares(points @ C_FB, moved @ C_FB, axis if axis is None else C_FB.T @ axis)
         bends = ~_stretched(body, motions.bodies[name].shape @ motions.shapes)
         shares[bends, LAG] += shares[bends, STRETCH]
         shares[bends, STRETCH] = 0.0
-        total += body.moments.mass * shares * (1.0 if body.n_modes else ~strained[:, None])
+        counted = body.moments.mass * (1.0 if body.n_modes else ~strained[:, None])
+        total, total_across = total + counted * shares, total_across + counted * across
     total[total.sum(axis=1) < LEAST_SHARE, DEFORMATIONS.index("torsion")] += 1.0
     words = [DEFORMATIONS[k] for k in np.argmax(total, axis=1)]
+    letters = [direction_letters(square) for square in total_across]
     if axis is not None:
-        return words
+        return words, letters
     bending = total[:, :2].sum(axis=1) >= total[:, 2:].max(axis=1)
-    return ["bending" if flag else word for flag, word in zip(bending, words, strict=True)]
+    return ["bending" if flag else word for flag, word in zip(bending, words, strict=True)], letters
 
 
 def _stretched(body: FlexibleBody, shapes: ComplexArray) -> BoolArray:
@@ -158,67 +176,3 @@ def _share_within(fields: Array, motions: SmallMotions) -> Array:
     projections = fields.T @ motions.M @ motions.shapes
     amplitudes = np.linalg.lstsq(fields.T @ motions.M @ fields, projections, rcond=None)[0]
     return np.asarray(np.einsum("mk,mk->k", projections.conj(), amplitudes).real)
-
-
-def points_of(body: FlexibleBody) -> tuple[Array, Array]:
-    """Return points (p, 3) of a body and their motion by its shapes (n_shapes, p, 3).
-
-    Six points of the same inertia for a rigid body; some of the skin of a flexible one, or its markers.
-    """
-    if not body.n_shapes:
-        return _inertia_points(body), np.zeros((0, 6, 3))
-    if body.skin is not None and len(body.skin.points):
-        chosen = slice(None, None, max(1, len(body.skin.points) // MAX_POINTS))
-        return body.skin.points[chosen], body.skin.shapes[:, chosen]
-    markers = list(body.markers.values())
-    return np.stack([m.position for m in markers]), np.stack([m.phi.T for m in markers], axis=1)
-
-
-def _inertia_points(body: FlexibleBody) -> Array:
-    """Six points (6, 3) of a sixth of a rigid body's mass each that have its inertia."""
-    centre = body.moments.center_of_mass()
-    covariance = body.moments.second[0, :, 0, :] / body.moments.mass - np.outer(centre, centre)
-    square, axes = np.linalg.eigh(covariance)
-    arms = (np.sqrt(3.0 * np.maximum(square, 0.0)) * axes).T
-    return np.concatenate([centre + arms, centre - arms])
-
-
-def _slice_shares(points: Array, motion: ComplexArray, axis: Array | None) -> Array:
-    """Mean square (n, 5) of the motion (n, p, 3) of a body's points in each of the ways."""
-    centred = points - points.mean(axis=0)
-    line = np.linalg.svd(centred, full_matrices=False)[2][0] if len(points) > 1 else np.eye(3)[0]
-    if len(points) == 1 or not np.abs(centred).max() > 0:  # a point has no line: what is not flap is lag
-        line = np.zeros(3)
-    axis = np.eye(3)[int(np.argmin(np.abs(line)))] if axis is None else axis / np.linalg.norm(axis)
-    flap = axis - line * (line @ axis)
-    flap = np.zeros(3) if np.linalg.norm(flap) < np.sqrt(1 - PARALLEL**2) else flap / np.linalg.norm(flap)
-    coordinate = centred @ line
-    width = np.ptp(coordinate) or 1.0
-    index = np.minimum((SLICES * (coordinate - coordinate.min()) / width).astype(int), SLICES - 1)
-    out = np.zeros((len(motion), len(DEFORMATIONS)))
-    for k in np.unique(index):
-        inside = index == k
-        u, arm = motion[:, inside], centred[inside] - centred[inside].mean(axis=0)
-        arm = arm - np.outer(arm @ line, line)
-        out += inside.sum() * np.stack(_mean_squares(u, arm, line, flap), axis=1)
-    return out / len(points)
-
-
-def _mean_squares(u: ComplexArray, arm: Array, line: Array, flap: Array) -> list[Array]:
-    """Mean square (n,) of the motion u (n, p, 3) of one slice: WAYS in turn."""
-    mean = u.mean(axis=1)
-    size = np.sum(np.abs(mean) ** 2, axis=1)
-    along_flap, along_line = np.abs(mean @ flap) ** 2, np.abs(mean @ line) ** 2
-    turn = np.cross(line, arm)
-    inertia = float(np.sum(turn**2))
-    theta = np.einsum("npa,pa->n", u, turn) / inertia if inertia > 0 else np.zeros(len(u))
-    remaining = u - mean[:, None] - theta[:, None, None] * turn
-    remaining = remaining - np.einsum("npa,a->np", remaining, line)[:, :, None] * line  # turned slices of a bent body
-    twisted = np.abs(theta) ** 2 * inertia / len(arm)
-    return [
-        along_flap,
-        size - along_flap - along_line,
-        along_line,
-        twisted,
-        np.sum(np.abs(remaining) ** 2, axis=(1, 2)) / len(arm),
-    ]

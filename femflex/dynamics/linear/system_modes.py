@@ -26,6 +26,7 @@ class SystemModes(Summarised):
 
     eigenvalues (n,)     [1/s], of a conjugate pair the one above the real axis
     names       (n,)     such as "translation x", "wobble", "bending 1"
+    directions  (n,)     of bending, in axes of the root body ("z"); of a joint's motion its coordinate; else empty
     known       (n,)     whether the mode is a known motion that neither grows nor decays (drift, tilt of the spin axis)
     energy      body -> (n,) share of the kinetic energy
     shapes      (n_u, n) increments of the coordinates
@@ -35,6 +36,7 @@ class SystemModes(Summarised):
 
     eigenvalues: ComplexArray
     names: tuple[str, ...]
+    directions: tuple[str, ...]
     known: BoolArray
     growing: BoolArray
     energy: dict[str, Array]
@@ -44,11 +46,16 @@ class SystemModes(Summarised):
 
     def summary(self) -> tuple[str, Rows]:
         """Name, frequency and damping ratio of each mode."""
-        numbers = zip(self.names, self.frequencies, self.damping_ratios, strict=True)
+        numbers = zip(self.frequencies, self.damping_ratios, strict=True)
         rows = [
-            (f"{k} {name}", f"{f:.6g} Hz, damping ratio {ratio:.4g}") for k, (name, f, ratio) in enumerate(numbers, 1)
+            (f"{k} {self.label(k)}", f"{f:.6g} Hz, damping ratio {ratio:.4g}")
+            for k, (f, ratio) in enumerate(numbers, 1)
         ]
         return f"{len(self.names)} modes about an equilibrium, {'stable' if self.stable else 'unstable'}", rows
+
+    def label(self, mode: int) -> str:
+        """Name and direction of a mode, counted from 1, such as "bending 1, z"."""
+        return ", ".join(filter(None, (self.names[mode - 1], self.directions[mode - 1])))
 
     @property
     def frequencies(self) -> Array:
@@ -100,6 +107,7 @@ class SystemModes(Summarised):
             "modes": [
                 {
                     "name": name,
+                    "direction": self.directions[k],
                     "frequency_hz": float(self.frequencies[k]),
                     "omega_rad_s": float(self.eigenvalues[k].imag),
                     "damping_ratio": float(self.damping_ratios[k]),
@@ -140,6 +148,7 @@ def modes_about(about: Equilibrium, left_out: tuple[str, ...] = ()) -> SystemMod
     return SystemModes(
         eigenvalues=np.concatenate([[motion.eigenvalue for motion in motions.known], motions.eigenvalues]),
         names=tuple(motion.name for motion in motions.known) + numbered_names(character.words),
+        directions=("",) * count + character.directions,
         known=np.arange(count + len(character.words)) < count,
         growing=np.concatenate([np.zeros(count, bool), motions.growing]),
         energy={name: np.concatenate([kinetic[name] / total, character.energy[name]]) for name in model.system.order},

@@ -23,12 +23,14 @@ class EffectiveMass:
     omega          (n,)    natural frequencies of the body with its frame fixed [rad/s]
     participation  (n, 6)  phi^T M R of the mass-normalised modes [kg^1/2 | kg^1/2 m]
     total          (6,)    mass of the rigid body, three times, and its moments of inertia [kg | kg m^2]
+    shapes         (n, n)  amplitudes of the elastic coordinates (rows) in each mode
     kinds          (n,)    kind of the shape with the largest mass in each mode; empty if the body has no kinds
     """
 
     omega: Array
     participation: Array
     total: Array
+    shapes: Array
     kinds: tuple[str, ...] = ()
 
     @property
@@ -63,13 +65,13 @@ def effective_mass(body: FlexibleBody, about: Array | None = None) -> EffectiveM
     J = moments.inertia() + moments.mass * (_steiner(c - point) - _steiner(c))
     total = np.concatenate([np.full(3, moments.mass), np.diag(J)])
     if not n:
-        return EffectiveMass(np.zeros(0), np.zeros((0, 6)), total)
+        return EffectiveMass(np.zeros(0), np.zeros((0, 6)), total, np.zeros((0, 0)))
     eigenvalues, X = dense_modes(body.strain.V1, moments.elastic_mass())
     X = canonical_modes(eigenvalues, X)
     participation = X.T @ np.concatenate([s, turning], axis=1)
     share = X * (moments.elastic_mass() @ X)
     kinds = tuple(body.kinds[k] for k in np.argmax(share, axis=0)) if body.kinds else ()
-    return EffectiveMass(np.sqrt(np.maximum(eigenvalues, 0.0)), participation, total, kinds)
+    return EffectiveMass(np.sqrt(np.maximum(eigenvalues, 0.0)), participation, total, X, kinds)
 
 
 def mac(phi: Array, psi: Array, M: sparse.csr_array | None = None) -> Array:
