@@ -29,13 +29,14 @@ class Modes(Protocol):
 
 @dataclass(frozen=True)
 class Verdict:
-    """An expectation, what was measured, and whether it holds."""
+    """An expectation, what was measured, and whether it holds; value: the expected number, None for limits."""
 
     name: str
     measured: float
     expected: str
     holds: bool
     unit: str
+    value: float | None = None
 
     def __str__(self) -> str:
         unit = "" if self.unit in ("", "1") else f" {self.unit}"
@@ -52,7 +53,7 @@ def run_verdicts(case: Case, run: Record) -> list[Verdict]:
     """
     motion = _mean_motion(case)
     return [
-        _verdict(name, table, measured_value(table, run, motion), measured_unit(table, run))
+        verdict_on(name, table, measured_value(table, run, motion), measured_unit(table, run))
         for name, table in case.expect.answers.items()
         if table.of not in (OF_CAMPBELL, OF_SYSTEM, OF_JITTER)
     ]
@@ -69,7 +70,7 @@ def mode_verdicts(case: Case, modes: Modes) -> list[Verdict]:
     Raises KeyError for a mode that the craft does not have.
     """
     return [
-        _verdict(name, table, modes.frequency(table.branch or table.mode), "Hz")
+        verdict_on(name, table, modes.frequency(table.branch or table.mode), "Hz")
         for name, table in case.expect.answers.items()
         if table.of == OF_SYSTEM
     ]
@@ -98,11 +99,12 @@ def diagram_verdicts(case: Case, diagram: Diagram) -> list[Verdict]:
     for name, table in case.expect.answers.items():
         if table.of == OF_CAMPBELL:
             assert table.branch is not None and table.speed is not None
-            out.append(_verdict(name, table, diagram.frequency(table.branch, table.speed), "Hz"))
+            out.append(verdict_on(name, table, diagram.frequency(table.branch, table.speed), "Hz"))
     return out
 
 
-def _verdict(name: str, table: ExpectTable, measured: float, unit: str) -> Verdict:
+def verdict_on(name: str, table: ExpectTable, measured: float, unit: str) -> Verdict:
+    """The verdict on an entry of the case's [expect] table, for a measured value in its unit."""
     answers = {
         key: _in_unit(name, key, getattr(table, key), table.units().get(key), unit)
         for key in ("value", "tolerance", "above", "below")
@@ -123,7 +125,7 @@ def _verdict(name: str, table: ExpectTable, measured: float, unit: str) -> Verdi
     if answers["below"] is not None:
         holds &= measured < answers["below"]
         text.append(f"below {answers['below']:.10g}")
-    return Verdict(name, measured, ", ".join(text), bool(holds), unit)
+    return Verdict(name, measured, ", ".join(text), bool(holds), unit, answers["value"])
 
 
 def _in_unit(name: str, key: str, number: float | None, given_unit: str | None, unit: str) -> float | None:

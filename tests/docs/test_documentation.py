@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import importlib
+import json
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 
+import numpy as np
 import pytest
 
 import femflex
 from femflex.case.schema import json_schema
+from femflex.case.verdicts import verdict_on
 from femflex.cli.app import app
 
 TOP = Path(__file__).resolve().parents[2]
@@ -114,6 +119,48 @@ def test_the_validation_has_every_subject(generated: Callable[[str], str]):
     page = generated("validation")
     assert all(f"\n## {title}\n" in page for title in ("Finite elements", "Tethers and membranes", "Snap through"))
     assert "Multibody systems and mechanisms" in page and page.count("\n| ") > 150
+
+
+BENCHMARKS = tomllib.loads((TOP / "docs" / "benchmarks.toml").read_text(encoding="utf-8"))
+FAST = ("orbiter_pitch30", "andrews_squeezer", "hanging_chain")
+
+
+@pytest.fixture
+def benchmarks(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    monkeypatch.syspath_prepend(TOP / "docs")
+    return importlib.import_module("generate.benchmarks")
+
+
+def test_the_stored_benchmarks_are_those_of_the_cases(benchmarks: ModuleType):
+    folder = TOP / "docs" / "benchmarks"
+    stored_pages = {path.name: path.read_text(encoding="utf-8") for path in folder.glob("*.md")}
+    del stored_pages["calculix.md"]
+    assert stored_pages == benchmarks.pages(), "docs/benchmarks is stale: run python docs/generate/benchmarks.py"
+    numbers = json.loads((folder / "numbers.json").read_text(encoding="utf-8"))
+    for name, entry in BENCHMARKS.items():
+        assert all((TOP / path).exists() for path in entry["tests"])
+        answers = benchmarks.case_of(name).expect.answers
+        assert all(verdict_on(key, answers[key], *pair).holds for key, pair in numbers[name]["answers"].items()), name
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[] if n in FAST else pytest.mark.slow) for n in BENCHMARKS])
+@pytest.mark.filterwarnings("ignore::femflex.warning.PhysicsWarning")
+def test_a_benchmark_gives_the_stored_numbers(name: str, benchmarks: ModuleType):
+    stored_numbers = json.loads((TOP / "docs" / "benchmarks" / "numbers.json").read_text(encoding="utf-8"))[name]
+    assert np.array(benchmarks.numbers_of(name)["levels"]) == pytest.approx(
+        np.array(stored_numbers["levels"]), rel=1e-5
+    )
+
+
+@pytest.mark.skipif(shutil.which("ccx") is None, reason="ccx (CalculiX) is not installed")
+@pytest.mark.filterwarnings("ignore::femflex.warning.PhysicsWarning")
+def test_a_deck_of_bricks_has_the_frequencies_of_calculix(benchmarks: ModuleType):
+    calculix = importlib.import_module("generate.calculix")
+    source = calculix.bracket(1)
+    by_femflex = calculix.femflex_frequencies(source)
+    assert by_femflex == pytest.approx(calculix.calculix_frequencies(source), rel=1e-6)
+    page = (TOP / "docs" / "benchmarks" / "calculix.md").read_text(encoding="utf-8")
+    assert " | ".join(f"{frequency:.5g}" for frequency in by_femflex) in page
 
 
 def test_the_gallery_is_that_of_the_cases(generated: Callable[[str], str]):
