@@ -14,7 +14,7 @@ from femflex.dynamics import Model
 from femflex.dynamics.effector_states import keeps_momentum
 from femflex.dynamics.ledger.equation_terms import EQUATION_TERMS
 from femflex.dynamics.observe.row import conservative_loads, is_damped
-from femflex.system import Effector, System
+from femflex.system import Effector, System, VelocityRows
 from femflex.warning import PhysicsWarning
 
 ENERGIES = ("kinetic", "elastic", "spring", "load")  # the change of the energy is relative to the largest of these
@@ -64,7 +64,9 @@ def conserved_monitors(system: System, without: Sequence[str] = ()) -> list[str]
     if system.varying:
         return []
     moves_joints = any(profile.moves for joint in system.joints for profile in joint.prescribed.values())
-    does_work = any(spring.damping for spring in system.springs) or any(c.function for c in system.constraints)
+    does_work = any(spring.damping for spring in system.springs) or any(
+        isinstance(c, VelocityRows) for c in system.constraints
+    )
     conservative = conservative_loads(system)
     effectors = [effector for effector in system.effectors if isinstance(effector, Effector)]
     if any(effector.markers and not keeps_momentum(effector) for effector in effectors):

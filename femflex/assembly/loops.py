@@ -1,14 +1,13 @@
-"""Build the loops and nonholonomic constraints of a case."""
+"""Build the loops of a case."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 from femflex.assembly.joints import build_joint
-from femflex.case import constraint as tables
 from femflex.case.case import Case
 from femflex.noun.problems import CaseError, Problem, quoted_names
-from femflex.system import Joint, Nonholonomic, knife_edge, rolling_disc
+from femflex.system import Joint
 
 CUT_JOINT_KEYS = {"kind", "child", "parent", "child_marker", "parent_marker", "name", "axis", "axes", "play"}
 
@@ -28,11 +27,3 @@ def build_loops(case: Case) -> tuple[Joint, ...]:
     if problems:
         raise CaseError(case.path.name, problems)
     return tuple(replace(build_joint(table, case.path.parent), play=table.play) for table in case.loops)
-
-
-def build_constraint(table: tables.RollingDisc | tables.KnifeEdge) -> Nonholonomic:
-    """The constraint of one entry of [[constraints]]."""
-    where = table.model_dump(include={"name", "body", "marker", "parent", "parent_marker"})
-    if isinstance(table, tables.RollingDisc):
-        return rolling_disc(radius=table.radius, axis=table.axis, normal=table.normal, **where)
-    return knife_edge(across=table.across, **where)

@@ -12,7 +12,7 @@ from femflex.assembly.craft import build_craft
 from femflex.assembly.deploying import with_deployment
 from femflex.assembly.initial import initial_shape
 from femflex.assembly.joints import build_joints, root_joint
-from femflex.assembly.loops import build_constraint, build_loops
+from femflex.assembly.loops import build_loops
 from femflex.assembly.orbits import build_orbit
 from femflex.case.case import Case
 from femflex.noun.problems import CaseError, Problem
@@ -39,7 +39,7 @@ def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
             orbit=orbit,
             libration_sequence=case.attitude.sequence,
             loops=build_loops(case),
-            constraints=tuple(build_constraint(table) for table in case.constraints),
+            constraints=tuple(case.constraints),
             springs=tuple(case.springs),
             sights=tuple(Sight(**table.model_dump()) for table in case.sights),
             reactions=case.run.reactions,

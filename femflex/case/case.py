@@ -11,7 +11,6 @@ from pydantic import Field, PrivateAttr, create_model, model_validator
 
 from femflex.case.body import Body
 from femflex.case.campbell import CampbellTable
-from femflex.case.constraint import Constraint
 from femflex.case.environment import EnvironmentTable
 from femflex.case.initial import StartTable
 from femflex.case.joint import Joint
@@ -26,6 +25,7 @@ from femflex.effectors.noun import EffectorNoun
 from femflex.effectors.registry import nouns
 from femflex.noun.table import Name, Table, refuse
 from femflex.summary import Rows, Summarised, listed
+from femflex.system.constraint import Constraint
 from femflex.system.environment import EARTH_J2
 from femflex.system.load import Load
 from femflex.system.spring import Spring

@@ -9,10 +9,10 @@ from pydantic import Field, model_validator
 from femflex.case.joint_ball import Free, Spherical
 from femflex.case.joint_base import SPRINGS, JointTable
 from femflex.case.joint_general import General
-from femflex.case.joint_values import Axis, Damper, Spring, TurnDamper, TurnSpring
+from femflex.case.joint_values import Damper, Spring, TurnDamper, TurnSpring
 from femflex.case.motions import AngleMotion, CylinderMotion, PositionMotion, TwoAngles
 from femflex.noun.table import refuse
-from femflex.noun.values import Angle, Length, Quantity, Rate
+from femflex.noun.values import Angle, Axis, Length, Quantity, Rate
 
 
 class Weld(JointTable):

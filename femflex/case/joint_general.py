@@ -7,10 +7,9 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from femflex.case.joint_base import JointTable
-from femflex.case.joint_values import Axis
 from femflex.case.motions import GeneralMotion
 from femflex.noun.table import refuse
-from femflex.noun.values import Quantity, counted_noun
+from femflex.noun.values import Axis, Quantity, counted_noun
 
 SLIDE_KEYS = ("position", "velocity", "slide_stiffness", "slide_damping", "slide_rest")
 TURN_KEYS = ("angles", "rates", "stiffness", "damping", "rest")

@@ -15,7 +15,6 @@ from pydantic import TypeAdapter, ValidationError
 from femflex.case.body import Body, BodyTable
 from femflex.case.campbell import CampbellTable
 from femflex.case.case import Case, table_of
-from femflex.case.constraint import Constraint
 from femflex.case.environment import EnvironmentTable
 from femflex.case.initial import StartTable
 from femflex.case.joint import Joint
@@ -27,6 +26,7 @@ from femflex.case.sight import SightTable
 from femflex.disturbances import Disturbance, JitterOutput
 from femflex.effectors.registry import nouns
 from femflex.noun.problems import item_label
+from femflex.system.constraint import Constraint
 from femflex.system.load import Load
 from femflex.system.spring import MarkerLink, Spring
 

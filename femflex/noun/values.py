@@ -224,6 +224,26 @@ class Count(_Readable):
         return {"type": "integer", "minimum": self.least, "maximum": self.most}
 
 
+class AxisValue(_Readable):
+    """A direction: three numbers not all zero, or "x", "-y" and so on. Read as a unit vector."""
+
+    def read_value(self, value: Any) -> Vector:
+        """Its components (3,), of length 1."""
+        if isinstance(value, str):
+            if value.lstrip("-") not in ("x", "y", "z") or value.count("-") > 1:
+                raise ValueProblem(f"found {value!r}; an axis is three numbers, or one of x, y, z, -x, -y, -z")
+            value = [(-1.0 if value[0] == "-" else 1.0) * (letter == value[-1]) for letter in "xyz"]
+        axis = Quantity("", (3,)).read_value(value)
+        if not any(axis):
+            raise ValueProblem(f"found {list(axis)}; an axis needs a direction, such as [0, 0, 1] or 'z'")
+        length = math.hypot(*axis)
+        return axis[0] / length, axis[1] / length, axis[2] / length
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of the two forms."""
+        return {"anyOf": [Quantity("", (3,)).json_schema(), {"enum": ["x", "y", "z", "-x", "-y", "-z"]}]}
+
+
 def as_float(value: float) -> float:
     """The number as a float; a whole number beyond the range of floats is infinite."""
     try:
@@ -291,6 +311,7 @@ Fraction = Annotated[float, Quantity(least=0.0, below=1.0)]
 Position = Annotated[Vector, Quantity("m", (3,), least=-FARTHEST, most=FARTHEST)]
 Velocity = Annotated[Vector, Quantity("m/s", (3,))]
 Direction = Annotated[Vector, Quantity("", (3,))]
+Axis = Annotated[Vector, AxisValue()]
 Angles = Annotated[Vector, Quantity("rad", (3,))]
 Rates = Annotated[Vector, Quantity("rad/s", (3,))]
 Whole = Annotated[int, Count(1)]

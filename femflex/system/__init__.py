@@ -4,7 +4,15 @@ from femflex.system.acting import Context, with_effectors
 from femflex.system.attached import attached_moments, with_attached
 from femflex.system.ball import ball_coordinates
 from femflex.system.channel import Channel
-from femflex.system.constraint import Nonholonomic, knife_edge, rolling_disc, velocity_rows
+from femflex.system.constraint import (
+    KnifeEdge,
+    Nonholonomic,
+    RollingDisc,
+    VelocityRows,
+    knife_edge,
+    rolling_disc,
+    velocity_rows,
+)
 from femflex.system.controller import Controller
 from femflex.system.effector import Effector, StateEvent
 from femflex.system.environment import EARTH_J2, EARTH_ZONALS, STANDARD_GRAVITY, Environment
@@ -54,6 +62,7 @@ __all__ = [
     "Friction",
     "Joint",
     "JointLaw",
+    "KnifeEdge",
     "Latch",
     "Law",
     "LengthTable",
@@ -63,6 +72,7 @@ __all__ = [
     "Orbit",
     "Part",
     "Profile",
+    "RollingDisc",
     "Segments",
     "Sight",
     "Spring",
@@ -73,6 +83,7 @@ __all__ = [
     "TabulatedSpring",
     "Threshold",
     "Variation",
+    "VelocityRows",
     "assembled",
     "attached_moments",
     "ball_coordinates",

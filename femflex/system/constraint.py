@@ -3,70 +3,80 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from typing import Annotated, Any, ClassVar, Literal
 
-import numpy as np
+from numpy.typing import ArrayLike
+from pydantic import Field
 
 from femflex.arrays import Array
+from femflex.noun.table import Name, Table
+from femflex.noun.values import Axis, PositiveLength, Whole
+from femflex.system.spring import MarkerLink
 
 Rows = Callable[[float, Array], tuple[Array, Array]]  # (t, q) -> A (n_rows, n_u), b (n_rows,)
 
-ROWS_OF = {"rolling_disc": 3, "knife_edge": 1}
+
+class RollingDisc(MarkerLink):
+    """A sharp-edged disc that rolls without slip on a plane through the parent's marker."""
+
+    kind: Literal["rolling_disc"] = "rolling_disc"
+    """Selects this constraint: a disc that rolls without slip."""
+    radius: PositiveLength
+    """Radius of the disc."""
+    axis: Axis = (0.0, 0.0, 1.0)
+    """Axis of the disc, in the axes of its marker."""
+    normal: Axis = (0.0, 0.0, 1.0)
+    """Normal of the plane, towards the disc, in the axes of the parent's marker."""
+
+    n_rows: ClassVar[int] = 3
 
 
-@dataclass(frozen=True, eq=False)
-class Nonholonomic:
-    """A constraint on velocities; made by rolling_disc, knife_edge or velocity_rows.
+class KnifeEdge(MarkerLink):
+    """A blade that does not move sideways."""
 
-    body, marker            what rolls or slides: marker Q, at the disc's centre or on the edge
-    parent, parent_marker   marker P of what carries the plane; None: the base frame
-    axis    (3,)  disc: its axis, components of Q;  edge: the direction across the blade, components of Q
-    normal  (3,)  disc: normal of the plane through P, components of P, on the disc's side
-    radius        of the disc [m]
-    function, n_rows   of the general form: (t, q) -> A (n_rows, n_u), b (n_rows,)
-    """
+    kind: Literal["knife_edge"] = "knife_edge"
+    """Selects this constraint: no sideways velocity."""
+    across: Axis = (0.0, 1.0, 0.0)
+    """Direction without velocity, in the axes of the marker."""
 
-    name: str
-    kind: str
-    body: str | None = None
-    marker: str = "origin"
-    parent: str | None = None
-    parent_marker: str = "origin"
-    axis: Array = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
-    normal: Array = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
-    radius: float = 0.0
-    function: Rows | None = None
-    n_rows: int = 0
-
-    def __post_init__(self) -> None:
-        for key in ("axis", "normal"):
-            value = np.asarray(getattr(self, key), float)
-            length = np.linalg.norm(value)
-            if value.shape != (3,) or not np.isfinite(length) or length == 0.0:
-                raise ValueError(f"{key} of constraint {self.name!r} has no direction: {value.tolist()}")
-            object.__setattr__(self, key, value / length)
-        if self.kind == "rolling_disc" and not self.radius > 0.0:
-            raise ValueError(f"radius of constraint {self.name!r} is {self.radius} m; a disc needs a positive radius")
-        if self.kind in ROWS_OF:
-            object.__setattr__(self, "n_rows", ROWS_OF[self.kind])
-        elif self.n_rows < 1:
-            raise ValueError(f"constraint {self.name!r} has {self.n_rows} rows; give at least one")
+    n_rows: ClassVar[int] = 1
 
 
-def rolling_disc(name: str, body: str, radius: float, **where: object) -> Nonholonomic:
+class VelocityRows(Table):
+    """The general form of a constraint, A(q) u = b(t), as a function of Python."""
+
+    name: Name
+    """Name in channels and messages."""
+    n_rows: Whole
+    """Number of its rows."""
+    function: Rows
+    """A (n_rows, n_u) and b (n_rows,) of (t, q)."""
+
+    kind: ClassVar[str] = "rows"
+    body: ClassVar[str | None] = None
+    parent: ClassVar[str | None] = None
+    marker: ClassVar[str] = "origin"
+    parent_marker: ClassVar[str] = "origin"
+
+
+Constraint = Annotated[RollingDisc | KnifeEdge, Field(discriminator="kind")]  # of a case
+Nonholonomic = RollingDisc | KnifeEdge | VelocityRows
+
+
+def rolling_disc(name: str, body: str, radius: float, **where: Any) -> RollingDisc:
     """A sharp-edged disc of that radius [m] that rolls without slip on the plane through marker P."""
-    return Nonholonomic(name, "rolling_disc", body, radius=radius, **where)  # type: ignore[arg-type]
+    return RollingDisc(name=name, body=body, radius=radius, **where)
 
 
-def knife_edge(name: str, body: str, across: object, **where: object) -> Nonholonomic:
+def knife_edge(name: str, body: str, across: ArrayLike, **where: Any) -> KnifeEdge:
     """A blade at marker Q that does not move in the direction `across` (3,), components of Q."""
-    return Nonholonomic(name, "knife_edge", body, axis=np.asarray(across, float), **where)  # type: ignore[arg-type]
+    return KnifeEdge(name=name, body=body, across=across, **where)
 
 
-def velocity_rows(name: str, n_rows: int, function: Rows) -> Nonholonomic:
+def velocity_rows(name: str, n_rows: int, function: Rows) -> VelocityRows:
     """The general form A(q) u = b(t): function(t, q) gives A (n_rows, n_u) and b (n_rows,).
 
     u is that of System.velocity_names(). The function is called from Python several times per step, which takes some
     ten microseconds each; A and b must be smooth, for their rates along the motion are taken by differences.
     """
-    return Nonholonomic(name, "rows", function=function, n_rows=n_rows)
+    return VelocityRows(name=name, n_rows=n_rows, function=function)

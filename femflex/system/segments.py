@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 from femflex.body import FlexibleBody, Marker
-from femflex.system.constraint import Nonholonomic
+from femflex.noun.table import Table
+from femflex.system.constraint import KnifeEdge, RollingDisc, VelocityRows
 from femflex.system.effector import Effector
 from femflex.system.joint import Joint
 from femflex.system.kinds import weld
@@ -74,7 +75,7 @@ class Segments:
 
 
 Part = FlexibleBody | Segments
-Tie = TypeVar("Tie", Joint, Nonholonomic, Spring, Sight)
+Tie = TypeVar("Tie", Joint, RollingDisc, KnifeEdge, VelocityRows, Spring, Sight)
 
 
 def segment_name(body: str, j: int) -> str:
@@ -134,7 +135,7 @@ def with_segment_names(tie: Tie, parts: Mapping[str, Part]) -> Tie:
         name: str = getattr(tie, key, None) or ""
         if isinstance(part := parts.get(name), Segments):
             changes[key] = segment_name(name, part.holder(getattr(tie, marker)))
-    return tie.model_copy(update=changes) if isinstance(tie, Spring) else replace(tie, **changes)
+    return tie.model_copy(update=changes) if isinstance(tie, Table) else replace(tie, **changes)
 
 
 def effector_at_segments(effector: Effector, parts: Mapping[str, Part]) -> Effector:

@@ -114,9 +114,8 @@ class System(Summarised):
             ("degrees of freedom", f"{len(self.velocity_names())}, {elastic} of them elastic"),
             ("joints", listed([joint.label for joint in self.joints])),
         ]
-        parts = {"loops": self.loops, "constraints": self.constraints, "loads": self.loads, "springs": self.springs}
-        parts |= {"effectors": self.effectors}
-        for key, items in parts.items():
+        for key in ("loops", "constraints", "loads", "springs", "effectors"):
+            items: Sequence[Any] = getattr(self, key)
             names = [str(getattr(item, "label", None) or getattr(item, "name", "")) for item in items]
             rows += [(key, listed(names))] if names else []
         rows += [("varying bodies", listed(sorted(self.varying)))] if self.varying else []

@@ -22,7 +22,7 @@ from femflex.dynamics.layout.records import HEADER, N_HEADER, W_CIN, body_record
 from femflex.dynamics.rate.rate import rate
 from femflex.dynamics.workspace import ModelArrays, Workspace
 from femflex.kernels.entries import plain_address
-from femflex.system import System
+from femflex.system import System, VelocityRows
 
 Function = Callable[[float, Array], tuple[Array, Array]]
 
@@ -305,7 +305,7 @@ def build_constraints(system: System, workspace: Workspace, n_q: int, n_u: int) 
         return dq
 
     for record, c in zip(records[len(system.loops) :], system.constraints, strict=True):
-        if c.function is not None:
+        if isinstance(c, VelocityRows):
             users.append(Rows(c.name, c.function, c.n_rows, n_q, n_u, rates))
             record["function"] = users[-1].address
     return Constraints(system, workspace, n_q, n_u, tuple(users))

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from femflex.body import FlexibleBody
 from femflex.dynamics.layout import constraint_records as layout
 from femflex.dynamics.layout.pool import Pool, Scratch, add_marker
-from femflex.system import Joint, Nonholonomic, System, closure
+from femflex.system import Joint, Nonholonomic, RollingDisc, System, VelocityRows, closure
 
 Ends = tuple[tuple[str | None, str], tuple[str | None, str]]  # body and marker of P, of Q
 
@@ -112,12 +112,15 @@ def lower_loop(record: np.void, joint: Joint, system: System, pool: Pool) -> Non
 def lower_nonholonomic(record: np.void, constraint: Nonholonomic, system: System, pool: Pool) -> None:
     """A velocity constraint's markers, axes and rows; the address of a user's function is filled in by the model."""
     record["kind"], record["n_rows"] = KINDS[constraint.kind], constraint.n_rows
-    if constraint.body is None:
+    if isinstance(constraint, VelocityRows):
         record["scales"] = pool.add(np.zeros(constraint.n_rows))
         return
     ends = ((constraint.parent, constraint.parent_marker), (constraint.body, constraint.marker))
     lower_ends(record, ends, system, pool)
-    record["axis"] = pool.add([*constraint.axis, *constraint.normal, constraint.radius])
+    if isinstance(constraint, RollingDisc):
+        record["axis"] = pool.add([*constraint.axis, *constraint.normal, constraint.radius])
+    else:
+        record["axis"] = pool.add(constraint.across)
     record["scales"] = pool.add([free_scales(ends, system)[0]] * constraint.n_rows)
 
 
@@ -158,4 +161,5 @@ def mean_inertia(body: FlexibleBody) -> float:
 def characteristic_length(system: System) -> float:
     """Largest distance of a marker from its body's origin, or radius of a disc; 1 m if there is none [m]."""
     lengths = [float(np.linalg.norm(m.position)) for b in system.bodies.values() for m in b.markers.values()]
-    return max([*lengths, *(c.radius for c in system.constraints)], default=0.0) or 1.0
+    radii = [c.radius for c in system.constraints if isinstance(c, RollingDisc)]
+    return max([*lengths, *radii], default=0.0) or 1.0

@@ -11,7 +11,7 @@ from femflex.dynamics.layout import constraint_records as layout
 from femflex.dynamics.observe.markers import marker_motion
 from femflex.dynamics.observe.row import XYZ
 from femflex.dynamics.report import Observation, Report
-from femflex.system import Channel, Nonholonomic, System
+from femflex.system import Channel, KnifeEdge, RollingDisc, System, VelocityRows
 from femflex.system.loop import closure
 
 
@@ -34,7 +34,7 @@ class ConstraintForces(Report):
             if c.body is None:
                 out[f"{path}/multipliers"] = Channel("1", "multipliers lambda of A^T lambda", (c.n_rows,))
             else:
-                out |= reaction_channels(path, c.body, c.marker, c.kind != "knife_edge")
+                out |= reaction_channels(path, c.body, c.marker, isinstance(c, RollingDisc))
         return out
 
     def observe(self, seen: Observation) -> Iterator[Array]:
@@ -64,9 +64,6 @@ def reaction_channels(path: str, body: str, marker: str, turns: bool) -> dict[st
     }
 
 
-KINDS = ("rolling_disc", "knife_edge")
-
-
 class Contacts(Report):
     """Places of contact: the edge's marker, or the lowest point of a disc.
 
@@ -83,7 +80,7 @@ class Contacts(Report):
     def observe(self, seen: Observation) -> Iterator[Array]:
         for c in touching(seen.system):
             point, C_NQ = marker_motion(seen.system, seen.times, seen, c.body, c.marker)
-            if c.kind == "rolling_disc":
+            if isinstance(c, RollingDisc):
                 C_NP = marker_motion(seen.system, seen.times, seen, c.parent, c.parent_marker)[1]
                 axis, normal = C_NQ @ c.axis, C_NP @ c.normal
                 up = normal - axis * np.einsum("ti,ti->t", axis, normal)[:, None]
@@ -91,6 +88,6 @@ class Contacts(Report):
             yield point
 
 
-def touching(system: System) -> list[Nonholonomic]:
+def touching(system: System) -> list[RollingDisc | KnifeEdge]:
     """The constraints that have a place of contact."""
-    return [c for c in system.constraints if c.kind in KINDS]
+    return [c for c in system.constraints if not isinstance(c, VelocityRows)]
