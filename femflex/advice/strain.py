@@ -210,7 +210,7 @@ def pendulum_stiffening(system: System) -> dict[str, float]:
         return {}
     model = compile_system(system)
     channels = model.observe(np.zeros(1), model.x0[None])
-    environments = [Environment(direction) for direction in (*np.eye(3), np.zeros(3))]
+    environments = [Environment(gravity=direction) for direction in (*np.eye(3), np.zeros(3))]
     x, y, z, none = (OmittedStiffness(replace(system, environment=pull)).gains(channels) for pull in environments)
     return {
         name: g * float(np.linalg.norm([axis[name][0] - none[name][0] for axis in (x, y, z)]))

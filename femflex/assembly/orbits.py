@@ -1,9 +1,9 @@
-"""Build the orbit of a case."""
+"""Build the orbit and the environment of a case."""
 
 from __future__ import annotations
 
 from femflex.case.case import Case
-from femflex.system import Orbit
+from femflex.system import Environment, Orbit
 
 
 def build_orbit(case: Case) -> Orbit | None:
@@ -16,3 +16,10 @@ def build_orbit(case: Case) -> Orbit | None:
     }
     orbit = Orbit(table.perigee_radius / (1.0 - table.eccentricity), free=table.kind == "free", **shape)
     return orbit.with_secular_rates(case.environment.oblateness[0], table.radius) if table.secular_rates else orbit
+
+
+def build_environment(case: Case) -> Environment:
+    """The Environment of a case, with the radius of its orbit if it has none of its own."""
+    environment = case.environment
+    has_radius = "radius" in environment.model_fields_set
+    return environment if has_radius else environment.model_copy(update={"radius": case.orbit.radius})

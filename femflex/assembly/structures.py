@@ -178,7 +178,9 @@ def preload_of(case: Case, name: str, table: FlexibleTable) -> Preload | None:
         field = np.asarray(Preload.spin(p.spin).gradient)
     if p.orbit is not None:
         rate = p.orbit.rate
-        if rate is None and (rate := mean_motion(case)) is None:
+        if rate is None and case.orbit.kind != "none":
+            rate = case.orbit.mean_motion
+        if rate is None:
             where = f"bodies.{name}.preload.orbit"
             raise CaseError(case.path.name, [Problem(where, "found no rate, and the case has no [orbit]; give one")])
         try:
@@ -186,15 +188,6 @@ def preload_of(case: Case, name: str, table: FlexibleTable) -> Preload | None:
         except ValueError as error:
             raise CaseError(case.path.name, [Problem(f"bodies.{name}.preload.orbit", str(error))]) from None
     return Preload(p.acceleration, field, p.origin, p.forces, p.masses)
-
-
-def mean_motion(case: Case) -> float | None:
-    """Mean motion of the case's orbit [rad/s], if it has one."""
-    o = case.orbit
-    if o is None or o.kind == "none":
-        return None
-    a = o.semi_major_axis if o.semi_major_axis is not None else o.perigee_radius / (1.0 - o.eccentricity)
-    return float(np.sqrt(o.mu / a**3))
 
 
 def bushings_of(table: FlexibleTable) -> list[Bushing | ScalarSpring]:

@@ -13,10 +13,10 @@ from femflex.assembly.deploying import with_deployment
 from femflex.assembly.initial import initial_shape
 from femflex.assembly.joints import build_joints, root_joint
 from femflex.assembly.loops import build_loops
-from femflex.assembly.orbits import build_orbit
+from femflex.assembly.orbits import build_environment, build_orbit
 from femflex.case.case import Case
 from femflex.noun.problems import CaseError, Problem
-from femflex.system import Environment, Frame, Load, Part, Sight, System, assembled
+from femflex.system import Frame, Load, Part, System, assembled
 
 
 def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
@@ -41,17 +41,10 @@ def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
             loops=build_loops(case),
             constraints=tuple(case.constraints),
             springs=tuple(case.springs),
-            sights=tuple(Sight(**table.model_dump()) for table in case.sights),
+            sights=tuple(case.sights),
             reactions=case.run.reactions,
             momenta=case.run.momenta,
-            environment=Environment(
-                np.array(case.environment.gravity),
-                case.environment.attraction,
-                case.environment.oblateness,
-                case.orbit.radius,
-                case.environment.epoch,
-                tuple(case.environment.third_bodies),
-            ),
+            environment=build_environment(case),
             effectors=craft.effectors,
             varying=craft.varying,
         )

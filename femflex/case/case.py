@@ -11,14 +11,12 @@ from pydantic import Field, PrivateAttr, create_model, model_validator
 
 from femflex.case.body import Body
 from femflex.case.campbell import CampbellTable
-from femflex.case.environment import EnvironmentTable
 from femflex.case.initial import StartTable
 from femflex.case.joint import Joint
 from femflex.case.measure import ExpectationsTable
 from femflex.case.orbit import AttitudeTable, OrbitTable
 from femflex.case.run import PicturesTable, RunTable, StudyTable
 from femflex.case.section import Material, Section
-from femflex.case.sight import SightTable
 from femflex.case.stability import StabilityTable
 from femflex.disturbances import Disturbance, JitterTable
 from femflex.effectors.noun import EffectorNoun
@@ -26,8 +24,9 @@ from femflex.effectors.registry import nouns
 from femflex.noun.table import Name, Table, refuse
 from femflex.summary import Rows, Summarised, listed
 from femflex.system.constraint import Constraint
-from femflex.system.environment import EARTH_J2
+from femflex.system.environment import EARTH_J2, Environment
 from femflex.system.load import Load
+from femflex.system.sight import Sight
 from femflex.system.spring import Spring
 
 
@@ -44,7 +43,7 @@ class Case(Summarised, Table):
     """Duration, output rows and integrator."""
     orbit: OrbitTable = OrbitTable(kind="none")
     """Orbit of the craft. Default: none."""
-    environment: EnvironmentTable = EnvironmentTable()
+    environment: Environment = Field(default_factory=Environment)
     """Gravity on the ground. Default: none."""
     attitude: AttitudeTable = AttitudeTable()
     """Initial attitude of the root body and its reference frame."""
@@ -64,7 +63,7 @@ class Case(Summarised, Table):
     """Springs and dampers between two markers."""
     loads: list[Load] = Field(default_factory=list)
     """Forces and torques at markers."""
-    sights: list[SightTable] = Field(default_factory=list)
+    sights: list[Sight] = Field(default_factory=list)
     """Lines of sight to a ground station."""
     initial: StartTable | None = None
     """Initial state of the whole craft, in place of that of joints, bodies and [attitude]."""

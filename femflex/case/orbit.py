@@ -79,8 +79,12 @@ class OrbitTable(Table):
     @property
     def period(self) -> float:
         """Time of one revolution [s]."""
-        a = self.perigee_radius / (1.0 - self.eccentricity)
-        return 2.0 * math.pi * math.sqrt(a**3 / self.mu)
+        return 2.0 * math.pi / self.mean_motion
+
+    @property
+    def mean_motion(self) -> float:
+        """Its mean angular rate [rad/s]."""
+        return math.sqrt(self.mu / (self.perigee_radius / (1.0 - self.eccentricity)) ** 3)
 
 
 class AttitudeTable(Table):

@@ -15,19 +15,19 @@ from pydantic import TypeAdapter, ValidationError
 from femflex.case.body import Body, BodyTable
 from femflex.case.campbell import CampbellTable
 from femflex.case.case import Case, table_of
-from femflex.case.environment import EnvironmentTable
 from femflex.case.initial import StartTable
 from femflex.case.joint import Joint
 from femflex.case.joint_base import JointTable
 from femflex.case.measure import ExpectationsTable
 from femflex.case.orbit import AttitudeTable, OrbitTable
 from femflex.case.run import PicturesTable, RunTable, StudyTable
-from femflex.case.sight import SightTable
 from femflex.disturbances import Disturbance, JitterOutput
 from femflex.effectors.registry import nouns
 from femflex.noun.problems import item_label
 from femflex.system.constraint import Constraint
+from femflex.system.environment import Environment
 from femflex.system.load import Load
+from femflex.system.sight import Sight
 from femflex.system.spring import MarkerLink, Spring
 
 T = TypeVar("T")
@@ -57,14 +57,14 @@ class Outline:
 
     run: RunTable | None
     orbit: OrbitTable | None
-    environment: EnvironmentTable | None
+    environment: Environment | None
     attitude: AttitudeTable | None
     bodies: Mapping[str, BodyTable | None]
     joints: Mapping[str, JointTable | None]
     loads: Mapping[str, Load | None]
     loops: Mapping[str, JointTable | None]
     between: Mapping[str, MarkerLink | None]
-    sights: Mapping[str, SightTable | None]
+    sights: Mapping[str, Sight | None]
     mounted: Mapping[str, Any]
     surroundings: Mapping[str, Any]
     pictures: PicturesTable | None
@@ -115,14 +115,14 @@ def outline_of_tables(raw: Mapping[str, Any]) -> Outline:
     return Outline(
         run=_valid_or_none(RunTable, raw.get("run")),
         orbit=_valid_or_none(OrbitTable, raw.get("orbit", {"kind": "none"})),
-        environment=_valid_or_none(EnvironmentTable, raw.get("environment", {})),
+        environment=_valid_or_none(Environment, raw.get("environment", {})),
         attitude=_valid_or_none(AttitudeTable, raw.get("attitude", {})),
         bodies={str(name): _valid_or_none(Body, table) for name, table in _table(raw, "bodies").items()},
         joints=_read_list(raw, "joints", Joint),
         loads=_read_list(raw, "loads", Load),
         loops=_read_list(raw, "loops", Joint),
         between=_read_list(raw, "constraints", Constraint) | _read_list(raw, "springs", Spring),
-        sights=_read_list(raw, "sights", SightTable),
+        sights=_read_list(raw, "sights", Sight),
         mounted=mounted,
         surroundings=_read_named(raw, SURROUNDINGS, table_of(nouns()[SURROUNDINGS])),
         pictures=_valid_or_none(PicturesTable, raw.get("pictures")),

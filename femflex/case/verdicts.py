@@ -51,7 +51,7 @@ def run_verdicts(case: Case, run: Record) -> list[Verdict]:
 
     Raises ValueError or KeyError for a quantity the run does not have.
     """
-    motion = _mean_motion(case)
+    motion = None if case.orbit.kind == "none" else case.orbit.mean_motion
     return [
         verdict_on(name, table, measured_value(table, run, motion), measured_unit(table, run))
         for name, table in case.expect.answers.items()
@@ -151,9 +151,3 @@ def _base_of(unit: str) -> str | None:
 
 
 ROOTS = {"kg^1/2 m": "kg^0.5 m", "kg^1/2 m/s": "kg^0.5 m/s"}
-
-
-def _mean_motion(case: Case) -> float | None:
-    if case.orbit.kind == "none":
-        return None
-    return math.sqrt(case.orbit.mu / (case.orbit.perigee_radius / (1.0 - case.orbit.eccentricity)) ** 3)

@@ -22,8 +22,8 @@ class EpochValue(_Readable):
                 raise ValueProblem(
                     f"found {value!r}; expected a date and time in UTC, such as 2026-03-20T14:46:00Z"
                 ) from None
-        if isinstance(value, float) and not isinstance(value, bool):
-            return value
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            return float(value)
         if isinstance(value, date) and not isinstance(value, datetime):
             value = datetime(value.year, value.month, value.day)
         if not isinstance(value, datetime):

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from pydantic import Field, field_serializer, model_validator
 
 from femflex.arrays import Array
+from femflex.noun.epoch import EpochValue
+from femflex.noun.table import Table, refuse
+from femflex.noun.units import UnitError
+from femflex.noun.values import PositiveLength, Quantity, ValueProblem, _Readable
 from femflex.system.orbit import EARTH_RADIUS
 
-ATTRACTIONS = ("auto", "gradient", "exact")
 EARTH_ZONALS = (1.08262668e-3, -2.53265649e-6, -1.61962159e-6, -2.27296083e-7, 5.40681239e-7)  # J2 to J6, EGM96
 EARTH_J2 = EARTH_ZONALS[0]
 THIRD_BODIES = {"sun": 1.32712440018e20, "moon": 4.902800066e12}  # gravitational parameter, m^3/s^2, DE 430
@@ -18,61 +22,104 @@ SERIES_YEARS = (1950.0, 2050.0)  # in which the places of Sun and Moon are as ac
 STANDARD_GRAVITY = 9.80665  # m/s^2, the 3rd General Conference on Weights and Measures, 1901
 
 
-@dataclass(frozen=True, eq=False)
-class Environment:
-    """Fields that act on every body of a system.
+@dataclass(frozen=True)
+class GravityValue(_Readable):
+    """Acceleration of free fall: a number, downwards along -z, or a vector. Reads into inertial components."""
 
-    gravity (3,) acceleration of free fall, inertial components [m/s^2]; zero: none. An orbit has its own gravity.
-    attraction   of the central body in orbit: "gradient", linear over the craft (eq. 6); "exact", -mu R/|R|^3 at points
-                 of mass; "auto", exact for craft beyond a size over the orbit's radius (`femflex.system.attraction`)
-    oblateness   J2 of the central body, whose pole is the inertial Z axis, or J2 to J6 at most; 0: none
-    radius       its equatorial radius, which these are defined with [m]
-    epoch        date of t = 0, days since J2000 (2000-01-01, 12:00 UTC), on which sun, field and sidereal time depend
-    third_bodies of "sun" and "moon" those whose tides act, on a free orbit of the Earth
-    """
+    strength = Quantity("m/s^2")
+    direction = Quantity("m/s^2", (3,))
 
-    gravity: Array = field(default_factory=lambda: np.zeros(3))
-    attraction: str = "auto"
-    oblateness: float | Sequence[float] = 0.0
-    radius: float = EARTH_RADIUS
-    epoch: float | None = None
-    third_bodies: tuple[str, ...] = ()
+    def read_value(self, value: Any) -> Array:
+        """(3,) [m/s^2]."""
+        if isinstance(value, list | tuple):
+            return np.array(self.direction.read_value(value))
+        g = self.strength.read_value(value)
+        if g < 0.0:
+            raise ValueProblem(
+                f"found {g:g} m/s^2; a single number is the strength of gravity along -z and is not negative, another "
+                'direction takes three numbers, such as [0, 0, "9.81 m/s^2"]'
+            )
+        return np.array([0.0, 0.0, -g])
 
-    def __post_init__(self) -> None:
-        value = np.asarray(self.gravity, float)
-        if value.shape != (3,) or not np.all(np.isfinite(value)):
-            raise ValueError(
-                f"gravity is {self.gravity}; expected three finite numbers [m/s^2], inertial components, such as "
-                f"[0, 0, -{STANDARD_GRAVITY}]"
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of the two forms."""
+        return {"anyOf": [self.strength.json_schema(), self.direction.json_schema()], "unit": "m/s^2"}
+
+
+@dataclass(frozen=True)
+class ZonalsValue(_Readable):
+    """Zonal harmonics of the central body: J2, a list from J2 on, or "earth". Reads into (J2, J3, ...)."""
+
+    one = Quantity()
+    several = Quantity(shape=(None,))
+
+    def read_value(self, value: Any) -> tuple[float, ...]:
+        """J2 and those after it."""
+        if value == "earth":
+            return EARTH_ZONALS
+        if not isinstance(value, list | tuple):
+            try:
+                return (self.one.read_value(value),)
+            except (ValueProblem, UnitError) as problem:
+                raise ValueProblem(f"{problem}, a list from J2 on, or 'earth'") from None
+        zonals: tuple[float, ...] = self.several.read_value(value)
+        if len(zonals) > len(EARTH_ZONALS):
+            highest = 1 + len(EARTH_ZONALS)
+            raise ValueProblem(
+                f"found {len(zonals)} numbers, up to J{1 + len(zonals)}; expected J2 to J{highest} at most"
             )
-        object.__setattr__(self, "gravity", value)
-        if self.attraction not in ATTRACTIONS:
-            raise ValueError(f"attraction {self.attraction!r} is not known; known are {list(ATTRACTIONS)}")
-        zonals = np.atleast_1d(np.asarray(self.oblateness, float))
-        if not (np.isfinite([*zonals.ravel(), self.radius]).all() and self.radius > 0):
-            raise ValueError(
-                f"oblateness is {self.oblateness} and radius {self.radius} m; give finite numbers, the radius positive"
-            )
-        if zonals.ndim != 1 or not 1 <= zonals.size <= len(EARTH_ZONALS):
-            raise ValueError(
-                f"oblateness has {zonals.size} numbers; give J2, or a list from J2 to a degree of at most "
-                f"{1 + len(EARTH_ZONALS)}"
-            )
-        for name in self.third_bodies:
-            if name not in THIRD_BODIES:
-                raise ValueError(f"third body {name!r} is not known; known are {list(THIRD_BODIES)}")
+        return zonals
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of the three forms."""
+        several = self.several.json_schema() | {"maxItems": len(EARTH_ZONALS)}
+        return {"anyOf": [self.one.json_schema(), several, {"const": "earth"}], "unit": "1"}
+
+
+class Environment(Table):
+    """Environment of the craft, except its orbit."""
+
+    gravity: Annotated[Array, GravityValue()] = Field(default_factory=lambda: np.zeros(3))
+    """Uniform gravity on the ground: a number acts along -z, three components are along inertial axes. Default: none;
+    an orbit has its own gravity."""
+    attraction: Literal["auto", "gradient", "exact"] = "auto"
+    """Attraction of the central body in orbit. gradient: linear over the craft. exact: -mu R/|R|^3 at points of mass.
+    auto: exact for craft larger than 1e-4 of the distance from the centre (680 m in low orbit)."""
+    oblateness: Annotated[tuple[float, ...], ZonalsValue()] = (0.0,)
+    """J2 of the central body, 1.08262668e-3 for the Earth, or a list of J2 to J6 at most; "earth" has these of EGM96.
+    Its pole is the inertial Z axis."""
+    radius: PositiveLength = EARTH_RADIUS
+    """Equatorial radius of the central body, with which its oblateness is defined. Default: that of [orbit]."""
+    epoch: Annotated[float, EpochValue()] | None = None
+    """Date and time at t = 0, UTC, on which the surroundings depend: sun, magnetic field, rotation of the Earth. The
+    inertial axes are then those of the mean equator and equinox of this date."""
+    third_bodies: tuple[Literal["sun", "moon"], ...] = ()
+    """Bodies whose tides act on a free orbit of the Earth: sun, moon. They need an epoch."""
+
+    __eq__, __hash__ = object.__eq__, object.__hash__  # by identity: its gravity is an array
+
+    @model_validator(mode="after")
+    def _dated(self) -> Environment:
         if self.third_bodies and self.epoch is None:
-            raise ValueError(
+            refuse(
                 f"the place of the {' and the '.join(self.third_bodies)} depends on the date; give environment.epoch, "
                 "a date and time in UTC"
             )
         if self.third_bodies and self.epoch is not None:
-            within_series(self.epoch)
+            try:
+                within_series(self.epoch)
+            except ValueError as error:
+                refuse(str(error))
+        return self
+
+    @field_serializer("gravity")
+    def _listed(self, value: Array) -> list[float]:
+        return list(value.tolist())
 
     @property
     def zonals(self) -> Array:
         """J2, J3, ... of the central body up to the last that is not zero (n,)."""
-        return np.trim_zeros(np.atleast_1d(np.asarray(self.oblateness, float)), "b")
+        return np.trim_zeros(np.array(self.oblateness), "b")
 
     @property
     def has_weight(self) -> bool:

@@ -231,8 +231,8 @@ class Attraction(ForceTerm):
         environment = system.environment
         change: dict[str, Any] = {"third_bodies": tuple(name for name in environment.third_bodies if name != item)}
         if item in NAMES[:SUN]:
-            change = {"attraction": "gradient"} if item == NAMES[EXACT] else {"oblateness": 0.0}
-        return replace(system, environment=replace(environment, **change))
+            change = {"attraction": "gradient"} if item == NAMES[EXACT] else {"oblateness": (0.0,)}
+        return replace(system, environment=environment.model_copy(update=change))
 
 
 def lowered_points(system: System, name: str, pool: Pool) -> NDArray[np.void]:

@@ -112,7 +112,7 @@ def _undeformed(system: System) -> System:
     effectors = tuple(effector for effector in system.effectors if f"{effector.name}.length" not in reels)
     frame = system.frame if system.orbit is not None else Frame("inertial")
     return replace(
-        system, bodies=linear, loads=(), frame=frame, environment=Environment(np.zeros(3)), delta0={}, ddelta0={},
+        system, bodies=linear, loads=(), frame=frame, environment=Environment(), delta0={}, ddelta0={},
         reactions=False, sights=(), constraints=(), varying=varying, effectors=effectors,
     )  # fmt: skip
 
