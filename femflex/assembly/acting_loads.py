@@ -23,7 +23,7 @@ from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
 from femflex.case.joint_base import JointTable
 from femflex.case.reduction import CantileverTable
-from femflex.case.support import DIRECTIONS
+from femflex.fem.support import COMPONENTS
 from femflex.reduction import ModeSet
 from femflex.reduction.modes.damping import UNANSWERED
 
@@ -73,7 +73,7 @@ def acting_loads(case: Case, name: str, table: FlexibleTable, groups: Mapping[st
     )
     loads = _loads_by_group((*load_directions(case, name), *_attached_body_loads(case, name)), r, groups)
     causes = ("weight",) * weight + ("spin",) * spin
-    directions = DIRECTIONS if spin else DIRECTIONS[:3] if weight else ()
+    directions = COMPONENTS if spin else COMPONENTS[:3] if weight else ()
     return ActingLoads(loads, tuple(direction for direction in directions if direction not in r.attachment), causes)
 
 
@@ -85,7 +85,7 @@ def _loads_by_group(
     for marker, directions in () if "loads" in r.model_fields_set else pushed:
         if (group := groups.get(marker)) is not None and group not in r.clamp:
             by_group.setdefault(group, set()).update(directions)
-    return {group: tuple(d for d in DIRECTIONS if d in loaded) for group, loaded in by_group.items() if loaded}
+    return {group: tuple(d for d in COMPONENTS if d in loaded) for group, loaded in by_group.items() if loaded}
 
 
 def spins_steadily(case: Case) -> bool:
@@ -103,7 +103,7 @@ def load_directions(case: Case, name: str) -> Iterator[tuple[str, list[str]]]:
             loaded = [bool(column.any()) for value in (load.force, load.torque) for column in np.atleast_2d(value).T]
             if load.frame != "body":
                 loaded = [any(loaded[:3])] * 3 + [any(loaded[3:])] * 3
-            yield table.marker, [d for d, is_loaded in zip(DIRECTIONS, loaded, strict=True) if is_loaded]
+            yield table.marker, [d for d, is_loaded in zip(COMPONENTS, loaded, strict=True) if is_loaded]
 
 
 def _attached_body_loads(case: Case, name: str) -> Iterator[tuple[str, list[str]]]:
@@ -113,7 +113,7 @@ def _attached_body_loads(case: Case, name: str) -> Iterator[tuple[str, list[str]
     ends += [(loop, loop.child, loop.child_marker) for loop in loops]
     for joint, body, marker in ends:
         if body == name:
-            yield marker, list(DIRECTIONS[:3] if joint.kind == "spherical" else DIRECTIONS)
+            yield marker, list(COMPONENTS[:3] if joint.kind == "spherical" else COMPONENTS)
 
 
 def added_shapes_text(acting: ActingLoads, modes: ModeSet, joints: Mapping[str, Sequence[str]]) -> str:

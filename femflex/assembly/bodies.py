@@ -19,7 +19,7 @@ from femflex.assembly.open_choices import linear_strain_reason, stiffening_remed
 from femflex.assembly.rigid_skins import rigid_skin
 from femflex.assembly.segments import build_segments
 from femflex.assembly.shared import shared_parts
-from femflex.assembly.structures import PLACE, build_mesh, build_modes, preload_of, structure_of, supports_of
+from femflex.assembly.structures import PLACE, build_mesh, build_modes, preload_of, structure_of
 from femflex.assembly.torques import check_torques, torque_loads
 from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
@@ -27,7 +27,6 @@ from femflex.case.case import Case
 from femflex.case.deploying import DeployingTable
 from femflex.case.matrices import MatricesTable
 from femflex.case.reduction import DampingTable, Stretchable
-from femflex.case.support import SkewSupport
 from femflex.fem.deflected import tension_blocks
 from femflex.fem.structure import Structure
 from femflex.fem.tension.strain import UNITS
@@ -217,7 +216,7 @@ def _body_from_table(
         structure,
         modeset,
         marker_groups(table),
-        supports_of(_partial_clamps(getattr(reduction, "clamp", {}))),
+        {group: s for group, s in getattr(reduction, "clamp", {}).items() if not s.is_clamped},
         tuple(getattr(reduction, "loads", ())),
         getattr(reduction, "deflection", None),
         getattr(reduction, "third_derivatives", None),
@@ -243,11 +242,6 @@ def tension_text(structure: Structure, modeset: ModeSet, body: FlexibleBody) -> 
             "that its tension comes from the loads of the run, and frequencies of its table are those without it"
         )
     return text
-
-
-def _partial_clamps(clamp: Mapping[str, tuple[str, ...] | SkewSupport]) -> dict[str, tuple[str, ...] | SkewSupport]:
-    """The groups of a clamp of which only some components are clamped."""
-    return {group: value for group, value in clamp.items() if value}
 
 
 def _reduce_with_strain(

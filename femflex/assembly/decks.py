@@ -15,12 +15,11 @@ from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
 from femflex.case.mesh_groups import referenced_groups
 from femflex.case.shape import MarkerTable
-from femflex.case.support import DIRECTIONS, SkewSupport
 from femflex.decks import Deck, read_deck
 from femflex.decks.deck import AUTOSPC
 from femflex.fem import Member, Support
 from femflex.fem.static_loads import StaticLoads
-from femflex.fem.support import GLOBAL
+from femflex.fem.support import COMPONENTS
 from femflex.mesh import Mesh
 from femflex.mesh.refine import refined_values
 from femflex.noun.problems import CaseError, Problem, suggestion_text
@@ -73,12 +72,12 @@ def with_deck(case: Case, name: str, table: FlexibleTable) -> FlexibleTable:
     """
     deck = deck_of(case, name, table)
     r = table.reduction
-    clamp: Mapping[str, tuple[str, ...] | SkewSupport] = getattr(r, "clamp", {})
+    clamp: Mapping[str, Support] = getattr(r, "clamp", {})
     if deck is None or r is None or not clamp:
         return table
-    clamped: dict[str, tuple[str, ...] | SkewSupport] = {}
+    clamped: dict[str, Support] = {}
     adds_autospc = AUTOSPC in deck.supports and not any(one.startswith(AUTOSPC) for one in clamp)
-    for group, value in {**clamp, **({AUTOSPC: ()} if adds_autospc else {})}.items():
+    for group, value in {**clamp, **({AUTOSPC: Support(COMPONENTS)} if adds_autospc else {})}.items():
         if group == IN_FORCE and group not in deck.mesh.groups:
             if not deck.default_supports:
                 text = (
@@ -86,9 +85,9 @@ def with_deck(case: Case, name: str, table: FlexibleTable) -> FlexibleTable:
                     f"{sorted(deck.supports) or 'none'}"
                 )
                 raise CaseError(case.path.name, [Problem(f"bodies.{name}.reduction.clamp", text)])
-            clamped |= {one: _clamp_value(support) for one, support in deck.active_supports().items()}
-        elif group in deck.supports and not value:
-            clamped |= {one: _clamp_value(support) for one, support in deck.supports[group].items()}
+            clamped |= deck.active_supports()
+        elif group in deck.supports and value.is_clamped:
+            clamped |= deck.supports[group]
         elif group in deck.mesh.groups:
             clamped[group] = value
         else:
@@ -115,12 +114,6 @@ def load_sets_of(case: Case, name: str, table: FlexibleTable) -> dict[str, Stati
                     raise CaseError(case.path.name, [Problem(f"{heading}.{noun_name}.load_set", text)])
                 sets[one] = deck.loads[one]
     return sets
-
-
-def _clamp_value(support: Support) -> tuple[str, ...] | SkewSupport:
-    if support.axes == GLOBAL:
-        return () if set(support.components) == set(DIRECTIONS) else support.components
-    return SkewSupport("axes", support.components, support.axes)
 
 
 def deck_members(deck: Deck, members: list[Member]) -> list[Member]:

@@ -15,7 +15,7 @@ from femflex.case.body import AnalyticTable, BodyTable, FlexibleTable
 from femflex.case.case import Case
 from femflex.case.deploying import DeployingTable
 from femflex.case.reduction import CantileverTable
-from femflex.case.support import DIRECTIONS
+from femflex.fem.support import COMPONENTS
 from femflex.reduction.modes.damping import is_added
 from femflex.system import System
 
@@ -39,7 +39,7 @@ def static_shapes(case: Case, name: str) -> dict[str, list[str]]:
         clamp, groups = getattr(table.reduction, "clamp", {}), {marker_groups(table).get(m, m) for m in markers}
         roots = [*clamp][:1] if "attachment" not in requested else []
         others = sorted(groups - {*clamp, "origin"}) if "loads" not in requested else []
-        return {group: list(DIRECTIONS) for group in (*roots, *others)}
+        return {group: list(COMPONENTS) for group in (*roots, *others)}
     return {end: [] for end in ("root", *["tip"] * any(_is_tip(table, marker) for marker in markers))}
 
 

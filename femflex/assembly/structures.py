@@ -25,7 +25,6 @@ from femflex.case.reduction import (
     NodalTable,
     Stretchable,
 )
-from femflex.case.support import DIRECTIONS, SkewSupport
 from femflex.decks.report import doubts, without_mass
 from femflex.fem import (
     FAMILIES,
@@ -44,7 +43,7 @@ from femflex.fem.connections.connection import Connection
 from femflex.fem.option import OPTIONS as FAMILY_OPTIONS
 from femflex.fem.sections.laminates import Lamina
 from femflex.fem.sections.materials import Material, Orthotropic
-from femflex.fem.support import GLOBAL, Support, antisymmetry, symmetry
+from femflex.fem.support import GLOBAL, Support
 from femflex.mesh import Mesh
 from femflex.noun.problems import CaseError, Problem, suggestion_text
 from femflex.reduction import (
@@ -102,7 +101,7 @@ def structure_of(case: Case, name: str, table: FlexibleTable, refine: int = 0) -
         return build_structure_of(case, name, table, build_mesh(case, name, table, refine))
     keys = {"mesh", "deck", "units", "overrides", "mesh_unit", "groups", "refine", "members", "markers"}
     keys_of_structure = keys | {"connections", "regions", "point_masses", "bushings"}
-    supports = supports_of(getattr(table.reduction, "clamp", {}))
+    supports = getattr(table.reduction, "clamp", {})
     tables = case.materials, case.sections, table.model_dump(include=keys_of_structure)
     inputs = case.path, refine, default_options(table), supports, tables
     is_new = all(known != inputs for known, *_ in shared.structures)
@@ -117,7 +116,7 @@ def structure_of(case: Case, name: str, table: FlexibleTable, refine: int = 0) -
 def build_structure_of(case: Case, name: str, table: FlexibleTable, mesh: Mesh) -> Structure:
     """The Structure of a body's members and point masses on its mesh, its dofs laid along the axes of its clamps."""
     deck, table = deck_of(case, name, table), with_deck(case, name, table)
-    supports = supports_of(getattr(table.reduction, "clamp", {}))
+    supports = getattr(table.reduction, "clamp", {})
     members, masses, springs = members_of(case, name, table), point_masses_of(table), bushings_of(table)
     if deck is None:
         return build_structure(mesh, members, masses, supports, connections_of(table), springs)
@@ -295,23 +294,9 @@ def vibration_set(structure: Structure, r: Stretchable, modes: int | None, actin
     return with_attachment(structure, shapes, attachment, loads, F) if attachment or loads or F.size else shapes
 
 
-def clamp_of(groups: Mapping[str, tuple[str, ...] | SkewSupport]) -> list[str] | dict[str, Support]:
+def clamp_of(groups: Mapping[str, Support]) -> list[str] | dict[str, Support]:
     """The group names if all components of all groups are clamped, else group -> support."""
-    return supports_of(groups) if any(groups.values()) else list(groups)
-
-
-def supports_of(groups: Mapping[str, tuple[str, ...] | SkewSupport]) -> dict[str, Support]:
-    """Group -> support of a clamp."""
-    return {group: support_of(value) for group, value in groups.items()}
-
-
-def support_of(value: tuple[str, ...] | SkewSupport) -> Support:
-    """The support of a group in a clamp; an empty tuple of components stands for all six."""
-    if not isinstance(value, SkewSupport):
-        return Support(value or DIRECTIONS)
-    if value.kind == "axes":
-        return Support(value.components, value.vectors)
-    return (symmetry if value.kind == "symmetry" else antisymmetry)(value.vectors[0])
+    return list(groups) if all(support.is_clamped for support in groups.values()) else dict(groups)
 
 
 def _member(case: Case, name: str, table: MemberTable, defaults: Mapping[str, object]) -> Member:

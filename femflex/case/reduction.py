@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StrictBool, model_validator
 
-from femflex.case.support import SkewSupport, read_support, support_schema
+from femflex.fem.support import Clamp
 from femflex.noun.table import Table, refuse
 from femflex.noun.values import (
     MOST_FUNCTIONS,
@@ -18,27 +18,6 @@ from femflex.noun.values import (
     _Readable,
     value_text,
 )
-
-
-class _ClampValue(_Readable):
-    """Group names, or group name -> support. Read as a dict; an empty tuple of components clamps all six."""
-
-    def read_value(self, value: Any) -> dict[str, tuple[str, ...] | SkewSupport]:
-        """Group -> clamped components, or a support in other axes."""
-        if isinstance(value, str):
-            value = [value]
-        if isinstance(value, list) and all(isinstance(name, str) for name in value):
-            return dict.fromkeys(value, ())
-        if not isinstance(value, dict):
-            raise ValueProblem(
-                f'found {value_text(value)}; expected a group name, a list of them, or {{group = ["x", "y", "z"]}}'
-            )
-        return {group: read_support(group, support) for group, support in value.items()}
-
-    def json_schema(self) -> dict[str, Any]:
-        """JSON Schema of the three forms."""
-        names = {"type": "array", "items": {"type": "string"}}
-        return {"anyOf": [{"type": "string"}, names, {"type": "object", "additionalProperties": support_schema()}]}
 
 
 class _Ratio(_Readable):
@@ -75,7 +54,6 @@ class _DerivativeCount(_Readable):
 
 
 Derivatives = Annotated[int | str | None, _DerivativeCount()]
-Clamp = Annotated[dict[str, tuple[str, ...] | SkewSupport], _ClampValue()]
 Component = Literal["x", "y", "z", "rx", "ry", "rz"]
 
 

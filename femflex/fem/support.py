@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from femflex.arrays import Array
+from femflex.noun.values import Quantity, ValueProblem, _Readable, value_text
 
 Rows = tuple[tuple[float, float, float], ...]
 
@@ -42,6 +44,11 @@ class Support:
         if np.abs(unit @ unit.T - np.eye(3)).max() > SQUARE:
             raise ValueError(f"axes of a support, {rows.tolist()}, are not at right angles; give orthogonal directions")
         object.__setattr__(self, "axes", tuple(tuple(float(value) for value in row) for row in unit))
+
+    @property
+    def is_clamped(self) -> bool:
+        """Whether all six components are zero."""
+        return set(self.components) == set(COMPONENTS)
 
     def projectors(self) -> tuple[Array, Array]:
         """Projectors (3, 3) on the directions of displacement, and of rotation, that are zero."""
@@ -79,3 +86,62 @@ def _axes_with(normal: ArrayLike) -> Rows:
     y /= np.linalg.norm(y)
     rows = np.stack([x, y, np.cross(x, y)])
     return tuple((float(a), float(b), float(c)) for a, b, c in rows)
+
+
+class ClampValue(_Readable):
+    """Group names, or group name -> support. Read as group -> Support; a name alone has all six components clamped."""
+
+    forms = (
+        '["x", "y", "z"], { symmetry = [0, 0.6, 0.8] }, or { components = ["x", "ry"], axes = [[...], [...], [...]] }'
+    )
+
+    def read_value(self, value: Any) -> dict[str, Support]:
+        """Group -> its Support."""
+        if isinstance(value, str):
+            value = [value]
+        if isinstance(value, list) and all(isinstance(name, str) for name in value):
+            return dict.fromkeys(value, Support(COMPONENTS))
+        if not isinstance(value, dict):
+            raise ValueProblem(
+                f'found {value_text(value)}; expected a group name, a list of them, or {{group = ["x", "y", "z"]}}'
+            )
+        return {group: self._support(group, support) for group, support in value.items()}
+
+    def _support(self, group: str, value: Any) -> Support:
+        if isinstance(value, Support):
+            return value
+        try:
+            if isinstance(value, list) and value:
+                return Support(tuple(value))
+            direction = Quantity("", (3,))
+            if isinstance(value, dict) and set(value) == {"components", "axes"}:
+                return Support(tuple(value["components"]), Quantity("", (3, 3)).read_value(value["axes"]))
+            if isinstance(value, dict) and set(value) == {"symmetry"}:
+                return symmetry(direction.read_value(value["symmetry"]))
+            if isinstance(value, dict) and set(value) == {"antisymmetry"}:
+                return antisymmetry(direction.read_value(value["antisymmetry"]))
+        except ValueError as error:
+            raise ValueProblem(f"found {value_text(value)} at group {group!r}: {error}") from None
+        raise ValueProblem(f"found {value_text(value)} at group {group!r}; a support is {self.forms}")
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of the forms."""
+        vector = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
+        components = {"type": "array", "items": {"enum": list(COMPONENTS)}, "minItems": 1}
+        axes = {"type": "array", "items": vector, "minItems": 3, "maxItems": 3}
+        tables: list[dict[str, dict[str, Any]]] = [
+            {"symmetry": vector | {"description": "Normal of a plane of symmetry."}},
+            {"antisymmetry": vector | {"description": "Normal of a plane of antisymmetry."}},
+            {
+                "components": components | {"description": "Displacements and rotations along `axes` that are zero."},
+                "axes": axes | {"description": "Three directions at right angles to each other."},
+            },
+        ]
+        closed = {"type": "object", "additionalProperties": False}
+        support = [components, *({**closed, "properties": table, "required": sorted(table)} for table in tables)]
+        names = {"type": "array", "items": {"type": "string"}}
+        of_groups = {"type": "object", "additionalProperties": {"anyOf": support}}
+        return {"anyOf": [{"type": "string"}, names, of_groups]}
+
+
+Clamp = Annotated[dict[str, Support], ClampValue()]
