@@ -9,8 +9,8 @@ import numpy as np
 
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
-from femflex.case.section import Layup, Plate, Sandwich
 from femflex.case.starting_case import LARGE
+from femflex.fem.sections.named import LayupTable, PlateTable, SandwichTable
 from femflex.mesh import Mesh
 from femflex.warning import PhysicsWarning
 
@@ -78,10 +78,10 @@ def _thickness_warnings(case: Case, table: FlexibleTable, size: float) -> Iterat
 
 
 def _thicknesses(section: object) -> Iterator[tuple[str, float]]:
-    if isinstance(section, Plate):
+    if isinstance(section, PlateTable):
         yield "thickness", section.thickness
-    if isinstance(section, Sandwich):
+    if isinstance(section, SandwichTable):
         yield "face.thickness", section.face.thickness
         yield "core.thickness", section.core.thickness
-    if isinstance(section, Layup):
+    if isinstance(section, LayupTable):
         yield "plies", sum(ply.thickness for ply in section.plies)

@@ -11,7 +11,6 @@ import numpy as np
 
 from femflex.assembly.acting_loads import ActingLoads
 from femflex.assembly.decks import deck_members, deck_of, left_out_text, refined_members, with_deck
-from femflex.assembly.sections import build_material, build_section, build_solid_material
 from femflex.assembly.shared import shared_parts
 from femflex.case.body import FlexibleTable, MemberTable
 from femflex.case.case import Case
@@ -43,6 +42,7 @@ from femflex.fem.connections.connection import Connection
 from femflex.fem.option import OPTIONS as FAMILY_OPTIONS
 from femflex.fem.sections.laminates import Lamina
 from femflex.fem.sections.materials import Material, Orthotropic
+from femflex.fem.sections.named import member_material, member_section, solid_material
 from femflex.fem.support import GLOBAL, Support
 from femflex.mesh import Mesh
 from femflex.noun.problems import CaseError, Problem, suggestion_text
@@ -309,15 +309,15 @@ def _member(case: Case, name: str, table: MemberTable, defaults: Mapping[str, ob
     section = None
     if table.family == "solid" and table.material is not None:
         try:
-            material = build_solid_material(case.materials[table.material])
+            material = solid_material(case.materials[table.material])
         except ValueError as error:
             raise CaseError(case.path.name, [Problem(f"materials.{table.material}", str(error))]) from None
     elif table.material is not None:
-        material = build_material(case.materials[table.material])
+        material = member_material(case.materials[table.material])
     if table.section is not None and not isinstance(material, Orthotropic):
         try:
             coupled = table.family == "shell"
-            section, material = build_section(case.sections[table.section], material, case.materials, coupled)
+            section, material = member_section(case.sections[table.section], material, case.materials, coupled)
         except ValueError as error:
             raise CaseError(case.path.name, [Problem(f"sections.{table.section}", str(error))]) from None
     if isinstance(material, Lamina):

@@ -16,11 +16,11 @@ from femflex.case.joint import Joint
 from femflex.case.measure import ExpectationsTable
 from femflex.case.orbit import AttitudeTable, OrbitTable
 from femflex.case.run import PicturesTable, RunTable, StudyTable
-from femflex.case.section import Material, Section
 from femflex.case.stability import StabilityTable
 from femflex.disturbances import Disturbance, JitterTable
 from femflex.effectors.noun import EffectorNoun
 from femflex.effectors.registry import nouns
+from femflex.fem.sections.named import NamedMaterial, NamedSection
 from femflex.noun.table import Name, Table, refuse
 from femflex.summary import Rows, Summarised, listed
 from femflex.system.constraint import Constraint
@@ -47,9 +47,9 @@ class Case(Summarised, Table):
     """Gravity on the ground. Default: none."""
     attitude: AttitudeTable = AttitudeTable()
     """Initial attitude of the root body and its reference frame."""
-    materials: dict[Name, Material] = Field(default_factory=dict)
+    materials: dict[Name, NamedMaterial] = Field(default_factory=dict)
     """Materials by name."""
-    sections: dict[Name, Section] = Field(default_factory=dict)
+    sections: dict[Name, NamedSection] = Field(default_factory=dict)
     """Beam and plate sections by name."""
     bodies: Annotated[dict[Name, Body], Field(min_length=1)]
     """Bodies by name."""

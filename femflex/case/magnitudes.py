@@ -8,7 +8,8 @@ from collections.abc import Iterator
 from femflex.case.body import AnalyticTable, FileTable, FlexibleTable, RigidTable
 from femflex.case.case import Case
 from femflex.case.matrices import MatricesTable
-from femflex.case.section import Core, Isotropic, Layup, Orthotropic, Sandwich
+from femflex.fem.sections.materials import Material
+from femflex.fem.sections.named import CoreMaterial, LayupTable, OrthotropicMaterial, SandwichTable
 from femflex.warning import PhysicsWarning
 
 LOWEST = 80e3  # m; drag ends an orbit below within a revolution
@@ -48,15 +49,19 @@ def _materials(case: Case) -> Iterator[str]:
                 f"materials.{name}.density: found {density:g} kg/m^3; materials have {DENSITIES[0]:g} to "
                 f"{DENSITIES[1]:g} kg/m^3{hint if fits else ''}"
             )
-        elif 1.0 <= density <= 25.0 and not isinstance(material, Core) and material.density != 0.0:
+        elif 1.0 <= density <= 25.0 and not isinstance(material, CoreMaterial) and material.density != 0.0:
             yield (
                 f"materials.{name}.density: found {density:g} kg/m^3, that of a foam; if g/cm^3 were meant, write "
                 f'"{density:g} g/cm^3" ({1e3 * density:g} kg/m^3)'
             )
-        keys = {Isotropic: ("E", "G"), Orthotropic: ("E1", "E2", "G12", "G13", "G23"), Core: ("G13", "G23")}
+        keys = {
+            Material: ("E", "G"),
+            OrthotropicMaterial: ("E1", "E2", "G12", "G13", "G23"),
+            CoreMaterial: ("G13", "G23"),
+        }
         for key in keys[type(material)]:
             value = getattr(material, key)
-            if value is not None and not MODULI[0] <= value <= MODULI[1]:
+            if key in material.model_fields_set and value is not None and not MODULI[0] <= value <= MODULI[1]:
                 yield (
                     f"materials.{name}.{key}: found {value:g} Pa; materials have {MODULI[0]:g} to {MODULI[1]:g} Pa"
                     + (_in_units(value))
@@ -72,13 +77,13 @@ def _in_units(value: float) -> str:
 
 def _sections(case: Case) -> Iterator[str]:
     for name, section in case.sections.items():
-        if isinstance(section, Sandwich) and section.face.thickness > section.core.thickness:
+        if isinstance(section, SandwichTable) and section.face.thickness > section.core.thickness:
             face, core = section.face.thickness, section.core.thickness
             yield (
                 f"sections.{name}.face.thickness: found faces of {face:g} m on a core of {core:g} m; if millimetres "
                 f'were meant, write "{face:g} mm" ({face / 1e3:g} m)'
             )
-        if isinstance(section, Layup) and max(ply.thickness for ply in section.plies) > 0.1:
+        if isinstance(section, LayupTable) and max(ply.thickness for ply in section.plies) > 0.1:
             ply = max(ply.thickness for ply in section.plies)
             yield f'sections.{name}.plies: found a ply of {ply:g} m; if millimetres were meant, write "{ply:g} mm"'
 

@@ -30,7 +30,7 @@ class _Checked(ModelMetaclass):
         names = [field.alias or name for name, field in fields.items() if name != "kind"]
         if len(arguments) > len(names) or keys.keys() & set(names[: len(arguments)]):
             raise TypeError(f"{cls.__name__} takes {', '.join(names)}, each once; by order, or by key")
-        keys |= dict(zip(names, arguments, strict=False))
+        keys = cls.from_python(keys | dict(zip(names, arguments, strict=False)))  # type: ignore[attr-defined]
         try:
             return super().__call__(**keys)
         except ValidationError as error:
@@ -46,6 +46,11 @@ class Table(BaseModel, metaclass=_Checked):
     """A table of the case file: its keys are known, its values typed and in SI, and it does not change once read."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True, protected_namespaces=())
+
+    @classmethod
+    def from_python(cls, keys: dict[str, Any]) -> dict[str, Any]:
+        """The keys of a case file for those of a call in Python, which some classes take in other forms too."""
+        return keys
 
 
 def refuse(text: str) -> NoReturn:

@@ -86,7 +86,8 @@ def with_shear(model: AbaqusModel, beam: BeamSection, keyword: Keyword) -> BeamS
             f"{keyword.location()}: the section's principal axes are turned by {math.degrees(beam.principal):.4g} deg, "
             f"and K23 = {k23:.6g} N differs from K13 = {k13:.6g} N; give I12 = 0, with n1 along a principal axis."
         )
-    return replace(beam, section=replace(beam.section, GAy=k23, GAz=k13), shears=True)
+    section = beam.section.model_copy(update={"GAy": k23, "GAz": k13})
+    return replace(beam, section=section, shears=True)
 
 
 def _principal_section(

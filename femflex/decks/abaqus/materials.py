@@ -53,7 +53,7 @@ class Elastic:
         """The material for solids. Raises ValueError for LAMINA."""
         v = self.values
         if self.kind == "ISOTROPIC":
-            return Material(v["E"], v["nu"], v["density"])
+            return Material(E=v["E"], nu=v["nu"], density=v["density"])
         if self.kind == "ENGINEERING CONSTANTS":
             return Orthotropic(**v)
         if self.matrix is not None:
@@ -64,7 +64,7 @@ class Elastic:
         """The material in plane stress."""
         v = self.values
         if self.kind == "ISOTROPIC":
-            return Lamina.isotropic(Material(v["E"], v["nu"], v["density"]))
+            return Lamina.isotropic(Material(E=v["E"], nu=v["nu"], density=v["density"]))
         if self.kind == "LAMINA":
             return Lamina(v["E1"], v["E2"], v["G12"], v["nu12"], v["density"], v["G13"] or None, v["G23"] or None)
         if self.kind == "ENGINEERING CONSTANTS":

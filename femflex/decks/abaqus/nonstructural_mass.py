@@ -10,6 +10,7 @@ import numpy as np
 
 from femflex.decks.abaqus.model import AbaqusModel
 from femflex.decks.builder import BuiltCell
+from femflex.fem.sections.materials import Material
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.formats.abaqus_flat import InstanceKeyword
 from femflex.mesh.formats.abaqus_keywords import Keyword
@@ -137,8 +138,12 @@ def _with_more_mass(section: Any, material: Any, change: Change) -> tuple[Any, A
     """The section and material of an element, with the mass added."""
     factor, extra = 1.0 + change[0], change[1]
     if section is None:
-        return None, replace(material, density=material.density * factor)
+        density = material.density * factor
+        if isinstance(material, Material):
+            return None, material.model_copy(update={"density": density})
+        return None, replace(material, density=density)
     if hasattr(section, "mass_per_length"):
-        return replace(section, mass_per_length=section.mass_per_length * factor + extra), material
+        mass = section.mass_per_length * factor + extra
+        return section.model_copy(update={"mass_per_length": mass}), material
     scaled = replace(section, mass=section.mass * factor, rotary=section.rotary * factor, added=section.added * factor)
     return replace(scaled, mass=scaled.mass + extra, added=scaled.added + extra), material

@@ -170,7 +170,7 @@ def _trusses(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, 
     A = model.override(elset, {"area": area * model.units.length**2}, keyword.location())["area"]
     if not A > 0:
         raise ValueError(f"{keyword.location()}: the area of trusses is {A:.6g} m^2; give a positive one.")
-    section = CableSection(E * A, max(rho * A, MASSLESS * E * A))
+    section = CableSection(EA=E * A, mass_per_length=max(rho * A, MASSLESS * E * A))
 
     def make(model: AbaqusModel, element: Element) -> None:
         a, b = element.nodes[:2]

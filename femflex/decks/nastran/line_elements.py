@@ -299,7 +299,7 @@ def _add_rod(model: NastranModel, card: Card, ends: list[int], rod: Rod, name: s
         if not rod.GJ > 0:
             raise ValueError(f"{card} has neither area nor torsion constant; give one")
         return
-    section = CableSection(rod.EA, max(rod.mass, MASSLESS * rod.EA))
+    section = CableSection(EA=rod.EA, mass_per_length=max(rod.mass, MASSLESS * rod.EA))
     rows = [model.row(g) for g in ends]
     model.build.cell(
         "line", rows, (key, rod.mass), name, "rod", section, None, {}, model.bulk.names_of(int(name[4:] or 0))

@@ -88,7 +88,7 @@ class Elastic:
         if self.kind == 1:
             if not math.isclose(v["G"], v["E"] / (2 * (1 + v["nu"])), rel_tol=1e-2):
                 return Anisotropic(_isotropic(v["E"], v["nu"], v["G"]), v["density"])
-            return Material(v["E"], v["nu"], v["density"])
+            return Material(E=v["E"], nu=v["nu"], density=v["density"])
         if self.kind == 9:
             return Anisotropic(self.matrix, v["density"])
         raise ValueError(f"{self.card} is a material of plates; solids take MAT1 or MAT9")

@@ -2,54 +2,60 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from pydantic import field_serializer, model_validator
 
 from femflex.arrays import Array
 from femflex.fem.sections.materials import Material
 from femflex.fem.sections.section import Outline, Resultants, ellipse
+from femflex.noun.table import Table, refuse
+from femflex.noun.values import PositiveLength, Quantity
 
 SYMMETRIC = 1e-6  # of the largest entry, by which a matrix may differ from its transpose
 
 
-@dataclass(frozen=True, eq=False)
-class FullSection:
-    """A section by its stiffness and mass per length, about the node line; no material is used.
+class FullSection(Table):
+    """A beam by full 6 x 6 stiffness and mass per length about its node line, such as a composite blade."""
 
-    stiffness  (6, 6) over (eps, gamma_y, gamma_z, kappa_x, kappa_y, kappa_z): forces N, V_y, V_z, moments M_x, M_y, M_z
-               [N, N m, N m^2] (the order of VABS and BeamDyn, x along the beam)
-    mass       (6, 6) over velocities (u, v, w) and rates (x, y, z) [kg/m, kg, kg m]
-    radius     of the round bar that is drawn [m]; without it an ellipse of the stiffness's radii of gyration
-    """
+    kind: Literal["full"] = "full"
+    """Selects this section: by full matrices."""
+    stiffness: Annotated[Array, Quantity("", (6, 6))]
+    """Stiffness in SI over axial strain, shear strains along y and z, twist rate, curvatures about y and z."""
+    mass: Annotated[Array, Quantity("", (6, 6))]
+    """Mass per length in SI over velocities along x, y, z and rates about x, y, z."""
+    radius: PositiveLength | None = None
+    """Radius of the round bar that is drawn. Default: an ellipse with the stiffness's radii of gyration."""
 
-    stiffness: ArrayLike
-    mass: ArrayLike
-    radius: float | None = None
+    __eq__, __hash__ = object.__eq__, object.__hash__  # by identity: its values are arrays
 
-    def __post_init__(self) -> None:
+    @model_validator(mode="after")
+    def _matrices_fit(self) -> FullSection:
         for name in ("stiffness", "mass"):
             K = np.asarray(getattr(self, name), float)
-            if K.shape != (6, 6) or not np.isfinite(K).all():
-                raise ValueError(f"{name} of a full section must be 6 x 6 finite numbers; found shape {K.shape}")
             if np.abs(K - K.T).max() > SYMMETRIC * np.abs(K).max():
-                raise ValueError(f"{name} of a full section is not symmetric; give the matrix about one point")
-            object.__setattr__(self, name, (K + K.T) / 2)
+                refuse(f"{name} of a full section is not symmetric; give the matrix about one point")
+            vars(self)[name] = (K + K.T) / 2
         if not np.linalg.eigvalsh(self._scaled())[0] > 0:
-            raise ValueError(
+            refuse(
                 "stiffness of a full section is not positive definite: the strain energy must be positive in "
                 "every strain"
             )
         M = np.asarray(self.mass, float)
         if not M[0, 0] > 0 or np.abs(M[[1, 2], [1, 2]] - M[0, 0]).max() > SYMMETRIC * M[0, 0]:
-            raise ValueError(
+            refuse(
                 f"mass of a full section has {np.diag(M)[:3].tolist()} kg/m on its diagonal; these must be equal and "
                 "positive"
             )
         y, z, yy, zz, yz = self._moments()
         if min(yy - y * y, zz - z * z) < 0 or (yy - y * y) * (zz - z * z) < (yz - y * z) ** 2:
-            raise ValueError("mass of a full section has moments of inertia that no distribution of mass has")
+            refuse("mass of a full section has moments of inertia that no distribution of mass has")
+        return self
+
+    @field_serializer("stiffness", "mass")
+    def _listed(self, value: Array) -> Any:
+        return value.tolist()
 
     @property
     def couples_shear(self) -> bool:

@@ -7,23 +7,28 @@ Every dimension is a number, a table (s, values) or a formula of the arc length 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import ClassVar, Literal
 
 import numpy as np
 
 from femflex.arrays import Array
 from femflex.fem.sections.materials import Material
 from femflex.fem.sections.section import (
+    AreaAlong,
     Dimensioned,
+    ForceAlong,
+    LengthAlong,
+    MassAlong,
     Outline,
     Resultants,
+    RigidityAlong,
+    SecondMomentAlong,
     SectionProperties,
     Shape,
     check_wall,
     ellipse,
     polygon,
 )
-from femflex.fem.variation import Variation
 
 ZETA_5 = 1.0369277551433699  # sum of 1 / n^5
 # Contribution of one square corner of a wall of unit thickness in addition to the straight walls that end at its inner
@@ -33,12 +38,15 @@ CORNER_VOLUME = 0.144834
 CORNER_TORSION = 0.405824
 
 
-@dataclass(frozen=True, eq=False)
 class Rectangle(Shape):
-    """Solid rectangle: width along y, height along z [m]. Torsion by the exact series."""
+    """Solid rectangle: width along the section's y, height along its z."""
 
-    width: Variation
-    height: Variation
+    kind: Literal["rectangle"] = "rectangle"
+    """Selects this section: a solid rectangle."""
+    width: LengthAlong
+    """Outer width along the section's y axis."""
+    height: LengthAlong
+    """Outer height along the section's z axis."""
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
         """Properties of the section at s, with the shapes and units of `SectionProperties`."""
@@ -56,22 +64,25 @@ class Rectangle(Shape):
         return k, k
 
 
-@dataclass(frozen=True, eq=False)
 class Box(Shape):
-    """Hollow rectangle: outer width along y, outer height along z, wall thickness [m].
+    """Hollow rectangle: width along the section's y, height along its z."""
 
-    Torsion by Prandtl's function phi in straight walls joined by square corners: J = 4 S^2 / C + J_0, with C the flux
-    between the wall's faces per unit of phi, S the volume under phi = 1 in the hole, J_0 twice that under phi with both
-    faces at zero. Four corners add 4 CORNER_* to the straight walls. Within 3e-4 of the exact value for walls up to a
-    fifth of the side, 2 % for a hole that closes (Bredt's thin wall alone: 4 % for a tenth of the side).
-    """
-
-    width: Variation
-    height: Variation
-    thickness: Variation
+    kind: Literal["box"] = "box"
+    """Selects this section: a hollow rectangle."""
+    width: LengthAlong
+    """Outer width along the section's y axis."""
+    height: LengthAlong
+    """Outer height along the section's z axis."""
+    thickness: LengthAlong
+    """Thickness of the walls."""
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
         """Properties of the section at s, with the shapes and units of `SectionProperties`."""
+        # Torsion by Prandtl's function phi in straight walls joined by square corners: J = 4 S^2 / C + J_0, with C the
+        # flux between the wall's faces per unit of phi, S the volume under phi = 1 in the hole, J_0 twice that under
+        # phi with both faces at zero. Four corners add 4 CORNER_* to the straight walls. Within 3e-4 of the exact value
+        # for walls up to a fifth of the side, 2 % for a hole that closes (Bredt's thin wall alone: 4 % for a tenth of
+        # the side).
         b, h, t = self.dimensions(s, length).values()
         check_wall(self, t, np.minimum(b, h) / 2, s)
         bi, hi = b - 2 * t, h - 2 * t
@@ -85,7 +96,7 @@ class Box(Shape):
 
     def outline(self, s: Array, length: Array | float) -> Outline:
         """Polygon of the section (..., k, 2) [m] at s."""
-        return Rectangle(self.width, self.height).outline(s, length)
+        return Rectangle(width=self.width, height=self.height).outline(s, length)
 
     def shear_factors(self, s: Array, length: Array | float, nu: float) -> tuple[Array, Array]:
         """The walls along each direction over the whole section [1], shapes as in `Shape`."""
@@ -94,12 +105,15 @@ class Box(Shape):
         return 2 * b * t / A, 2 * h * t / A
 
 
-@dataclass(frozen=True, eq=False)
 class Circle(Shape):
-    """Solid circle of this radius [m]."""
+    """Solid round bar."""
 
-    radius: Variation
-    is_round = True
+    kind: Literal["circle"] = "circle"
+    """Selects this section: a solid round bar."""
+    radius: LengthAlong
+    """Outer radius."""
+
+    is_round: ClassVar[bool] = True
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
         """Properties of the section at s, with the shapes and units of `SectionProperties`."""
@@ -118,13 +132,17 @@ class Circle(Shape):
         return k, k
 
 
-@dataclass(frozen=True, eq=False)
 class Tube(Shape):
-    """Round tube: outer radius and wall thickness [m]."""
+    """Round tube."""
 
-    outer_radius: Variation
-    thickness: Variation
-    is_round = True
+    kind: Literal["tube"] = "tube"
+    """Selects this section: a round tube."""
+    outer_radius: LengthAlong
+    """Outer radius."""
+    thickness: LengthAlong
+    """Thickness of the wall."""
+
+    is_round: ClassVar[bool] = True
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
         """Properties of the section at s, with the shapes and units of `SectionProperties`."""
@@ -148,21 +166,24 @@ class Tube(Shape):
         return k, k
 
 
-@dataclass(frozen=True, eq=False)
 class ISection(Shape):
-    """Doubly symmetric I: flanges along y, `width` wide and `flange` thick; web along z; `height` over all [m].
+    """Doubly symmetric I: flanges along y, web along z."""
 
-    Torsion by Roark's Formulas for Stress and Strain (table of torsional constants, I section without fillets):
-    two flanges and the web as strips, with a correction by the circle inscribed where they meet.
-    """
-
-    width: Variation
-    height: Variation
-    flange: Variation
-    web: Variation
+    kind: Literal["I"] = "I"
+    """Selects this section: a doubly symmetric I."""
+    width: LengthAlong
+    """Outer width along the section's y axis."""
+    height: LengthAlong
+    """Outer height along the section's z axis."""
+    flange: LengthAlong
+    """Thickness of the flanges."""
+    web: LengthAlong
+    """Thickness of the web."""
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
         """Properties of the section at s, with the shapes and units of `SectionProperties`."""
+        # Torsion by Roark's Formulas for Stress and Strain (table of torsional constants, I section without fillets):
+        # two flanges and the web as strips, with a correction by the circle inscribed where they meet.
         b, h, f, w = self.dimensions(s, length).values()
         check_wall(self, f, h / 2, s, "flange", "half the height")
         check_wall(self, w, b, s, "web", "the width")
@@ -193,19 +214,25 @@ class ISection(Shape):
         return 5 / 3 * d["width"] * d["flange"] / A, d["height"] * d["web"] / A
 
 
-@dataclass(frozen=True, eq=False)
 class GivenSection(Shape):
-    """A section by its numbers: A [m^2], Iy, Iz, J [m^4]; extreme fibres y_max, z_max [m] if known.
+    """A beam section by area and second moments; Iy bends in x-z, Iz in x-y."""
 
-    Without extreme fibres those of the solid ellipse of the same radii of gyration are used, which is also drawn.
-    """
-
-    A: Variation
-    Iy: Variation
-    Iz: Variation
-    J: Variation
-    y_max: Variation | None = None
-    z_max: Variation | None = None
+    kind: Literal["numbers"] = "numbers"
+    """Selects this section: by its numbers."""
+    A: AreaAlong
+    """Area of the section."""
+    Iy: SecondMomentAlong
+    """Second moment of area about y; it bends in the x-z plane."""
+    Iz: SecondMomentAlong
+    """Second moment of area about z; it bends in the x-y plane."""
+    J: SecondMomentAlong
+    """Torsion constant."""
+    y_max: LengthAlong | None = None
+    """Largest distance of a fibre along y, for stresses and pictures. Default: that of an ellipse of the same A and
+    Iz."""
+    z_max: LengthAlong | None = None
+    """Largest distance of a fibre along z, for stresses and pictures. Default: that of an ellipse of the same A and
+    Iy."""
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
         """Properties of the section at s, with the shapes and units of `SectionProperties`."""
@@ -223,26 +250,31 @@ class GivenSection(Shape):
         return y_max, d["z_max"] if "z_max" in d else _semi_axis(d["Iy"], d["A"])
 
 
-@dataclass(frozen=True, eq=False)
 class StiffnessSection(Dimensioned):
-    """A beam by its stiffness and mass: EA [N], EIy, EIz, GJ [N m^2], mass per length [kg/m]; no material is used.
+    """A beam by its stiffness and mass per length; needs no material."""
 
-    ry, rz  radii of gyration of the mass, sqrt(int z^2 dm), sqrt(int y^2 dm) per mass [m]; without them those of the
-            stiffness, sqrt(EIy / EA) and sqrt(EIz / EA)
-    area    of the round bar that is drawn [m^2]; without it a solid ellipse of the stiffness's radii of gyration
-    GAy, GAz  shear stiffness along y and z, shear factors included [N]; needed where the beam shears
-    """
-
-    EA: Variation
-    EIy: Variation
-    EIz: Variation
-    GJ: Variation
-    mass_per_length: Variation
-    ry: Variation | None = None
-    rz: Variation | None = None
-    area: Variation | None = None
-    GAy: Variation | None = None
-    GAz: Variation | None = None
+    kind: Literal["stiffness"] = "stiffness"
+    """Selects this section: by its stiffnesses."""
+    EA: ForceAlong
+    """Axial stiffness."""
+    EIy: RigidityAlong
+    """Bending stiffness in the x-z plane."""
+    EIz: RigidityAlong
+    """Bending stiffness in the x-y plane."""
+    GJ: RigidityAlong
+    """Torsional stiffness."""
+    mass_per_length: MassAlong
+    """Mass per length."""
+    ry: LengthAlong | None = None
+    """Radius of gyration of the mass about y: root of int z^2 dm over the mass."""
+    rz: LengthAlong | None = None
+    """Radius of gyration of the mass about z: root of int y^2 dm over the mass."""
+    area: AreaAlong | None = None
+    """Area of the round bar that is drawn. Default: an ellipse with the stiffnesses' radii of gyration."""
+    GAy: ForceAlong | None = None
+    """Shear stiffness along y, shear factor included. Needed where the beam shears."""
+    GAz: ForceAlong | None = None
+    """Shear stiffness along z, shear factor included. Needed where the beam shears."""
 
     def resultants(self, material: Material | None, s: Array, length: Array) -> Resultants:
         """Stiffness and mass per length as `Resultants`; the material, if any, is not used."""
@@ -262,12 +294,15 @@ class StiffnessSection(Dimensioned):
         return ellipse(_semi_axis(d["EIz"], d["EA"]), _semi_axis(d["EIy"], d["EA"]))
 
 
-@dataclass(frozen=True, eq=False)
 class CableSection(Dimensioned):
-    """A cable by its axial stiffness EA [N] and mass per length [kg/m]; for tethers alone, without a material."""
+    """A cable, string or tether: axial stiffness and mass alone; the member needs no material."""
 
-    EA: Variation
-    mass_per_length: Variation
+    kind: Literal["cable"] = "cable"
+    """Selects this section: axial stiffness and mass per length, for tethers."""
+    EA: ForceAlong
+    """Axial stiffness."""
+    mass_per_length: MassAlong
+    """Mass per length."""
 
     def axial(self, s: Array, length: Array | float) -> tuple[Array, Array]:
         """EA (...) [N] and mass per length (...) [kg/m] at arc lengths s (...) [m]."""

@@ -4,39 +4,40 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import model_validator
 
 from femflex.arrays import Array
+from femflex.noun.table import Table
+from femflex.noun.values import Quantity
+
+Modulus = Annotated[float, Quantity("Pa", above=0.0)]
+Density = Annotated[float, Quantity("kg/m^3", least=0.0)]
+Poisson = Annotated[float, Quantity("", above=-1.0, below=0.5)]
 
 
-@dataclass(frozen=True)
-class Material:
-    """An isotropic linear elastic material.
+class Material(Table):
+    """An isotropic linear elastic material."""
 
-    E        Young's modulus [N/m^2]
-    nu       Poisson's ratio
-    density  [kg/m^3]
-    G        shear modulus [N/m^2]; left out, that of an isotropic material, E / 2(1 + nu)
-    """
+    kind: Literal["isotropic"] = "isotropic"
+    """Selects this material: isotropic."""
+    E: Modulus
+    """Elastic (Young's) modulus."""
+    nu: Poisson = 0.3
+    """Poisson's ratio."""
+    density: Density
+    """Mass per volume."""
+    G: Modulus = None  # type: ignore[assignment]
+    """Shear modulus. Default: E / 2(1 + nu)."""
 
-    E: float
-    nu: float
-    density: float
-    G: float = math.nan
-
-    def __post_init__(self) -> None:
-        if not self.E > 0 or math.isinf(self.E):
-            raise ValueError(f"Young's modulus E is {self.E} N/m^2; it must be positive and finite")
-        if not -1.0 < self.nu < 0.5:
-            raise ValueError(f"Poisson's ratio nu is {self.nu}; an isotropic material has -1 < nu < 0.5")
-        if not self.density >= 0 or math.isinf(self.density):
-            raise ValueError(f"density is {self.density} kg/m^3; it must be finite and cannot be negative")
-        if math.isnan(self.G):
-            object.__setattr__(self, "G", self.E / (2.0 * (1.0 + self.nu)))
-        if not self.G > 0 or math.isinf(self.G):
-            raise ValueError(f"shear modulus G is {self.G} N/m^2; it must be positive and finite")
+    @model_validator(mode="after")
+    def _shears(self) -> Material:
+        if self.G is None:
+            vars(self)["G"] = self.E / (2.0 * (1.0 + self.nu))
+        return self
 
 
 @dataclass(frozen=True)

@@ -6,15 +6,20 @@ origin is the centroid, the axes are principal, and the shear centre is taken to
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import Protocol
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar, Protocol
 
 import numpy as np
 
 from femflex.arrays import Array, IntArray
 from femflex.fem.sections.materials import Material
 from femflex.fem.variation import evaluate_variation, varies
+from femflex.noun.table import Table
+from femflex.noun.values import AlongMember
 
+WITH_UNIT = r"\s*[-+0-9.eE]+\s*[a-zA-Z][^*(+]*"  # a number with a unit, such as "3 mm" or "2e6 N/m^2"; no formula
 ROUND_SIDES = 24  # sides of the polygon that draws a round section
 
 
@@ -92,40 +97,68 @@ class Section(Protocol):
         """Polygon of the section (..., k, 2) [m] at s (...) [m], for pictures."""
 
 
-class Dimensioned:
-    """A section whose dataclass fields are its dimensions."""
+Along = float | str | tuple[tuple[float, ...], tuple[float, ...]]
+LengthAlong = Annotated[Along, AlongMember("m")]
+AreaAlong = Annotated[Along, AlongMember("m^2")]
+SecondMomentAlong = Annotated[Along, AlongMember("m^4")]
+RigidityAlong = Annotated[Along, AlongMember("N m^2")]
+ForceAlong = Annotated[Along, AlongMember("N")]
+MassAlong = Annotated[Along, AlongMember("kg/m")]
+
+
+class Dimensioned(Table):
+    """A section whose keys, `kind` aside, are its dimensions.
+
+    In Python a dimension may also be a formula of s and L as a text, or a table (s, values).
+    """
+
+    @classmethod
+    def from_python(cls, keys: dict[str, Any]) -> dict[str, Any]:
+        """The keys with formulas and tables as case files have them."""
+        return {key: value if key == "kind" else _along_member(value) for key, value in keys.items()}
+
+    @property
+    def given(self) -> dict[str, Along]:
+        """The dimensions that are given."""
+        values = {name: getattr(self, name) for name in type(self).model_fields if name != "kind"}
+        return {name: value for name, value in values.items() if value is not None}
 
     @property
     def varies(self) -> bool:
         """Whether any dimension changes along the member."""
-        values = [getattr(self, f.name) for f in fields(self)]  # type: ignore[arg-type]
-        return any(varies(value) for value in values if value is not None)
+        return any(varies(value) for value in self.given.values())
 
     def dimensions(self, s: Array, length: Array | float, pointed: bool = False) -> dict[str, Array]:
         """Every dimension (...) [m] at the stations; ValueError where one is not positive (pointed: where one is
         negative)."""
         values_of_dimensions = {}
-        for f in fields(self):  # type: ignore[arg-type]
-            if (variation := getattr(self, f.name)) is None:
-                continue
+        for name, variation in self.given.items():
             try:
                 values = evaluate_variation(variation, s, length)
             except ValueError as error:
-                raise ValueError(f"{f.name} of {type(self).__name__}: {error}") from None
+                raise ValueError(f"{name} of {type(self).__name__}: {error}") from None
             if not ((values >= 0).all() if pointed else (values > 0).all()):
                 position = np.argmin(values)
                 raise ValueError(
-                    f"{f.name} of {type(self).__name__} is {values.flat[position]:.6g} at s = {s.flat[position]:.6g} "
+                    f"{name} of {type(self).__name__} is {values.flat[position]:.6g} at s = {s.flat[position]:.6g} "
                     "m; it must be positive along the whole member"
                 )
-            values_of_dimensions[f.name] = values
+            values_of_dimensions[name] = values
         return values_of_dimensions
+
+
+def _along_member(value: Any) -> Any:
+    if isinstance(value, str) and not re.fullmatch(WITH_UNIT, value):
+        return {"formula": value}
+    if isinstance(value, Sequence | np.ndarray) and not isinstance(value, str):
+        return dict(zip(("s", "values"), value, strict=True))
+    return value
 
 
 class Shape(Dimensioned):
     """A section of one material that has an outline; round ones also have the shear stress of a torque."""
 
-    is_round = False
+    is_round: ClassVar[bool] = False
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
         """Area, second moments, torsion constant and extreme fibres at arc lengths s (...) [m]."""
