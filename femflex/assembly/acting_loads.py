@@ -21,11 +21,11 @@ import numpy as np
 
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
-from femflex.case.joint_base import JointTable
 from femflex.case.reduction import CantileverTable
 from femflex.fem.support import COMPONENTS
 from femflex.reduction import ModeSet
 from femflex.reduction.modes.damping import UNANSWERED
+from femflex.system.joints.noun import JointNoun
 
 LEFT_OVER = 0.01  # share of a load's static work that modes with linear strain may lack
 
@@ -108,7 +108,7 @@ def load_directions(case: Case, name: str) -> Iterator[tuple[str, list[str]]]:
 
 def _attached_body_loads(case: Case, name: str) -> Iterator[tuple[str, list[str]]]:
     """Markers with attached bodies, and the directions of their loads; a ball joint transmits no moment."""
-    loops: list[JointTable] = list(case.loops)
+    loops: list[JointNoun] = list(case.loops)
     ends = [(joint, joint.parent, joint.parent_marker) for joint in (*case.joints, *loops)]
     ends += [(loop, loop.child, loop.child_marker) for loop in loops]
     for joint, body, marker in ends:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-from femflex.assembly.joints import build_joint
 from femflex.case.case import Case
 from femflex.noun.problems import CaseError, Problem, quoted_names
 from femflex.system import Joint
@@ -26,4 +23,4 @@ def build_loops(case: Case) -> tuple[Joint, ...]:
             problems.append(Problem(where, text))
     if problems:
         raise CaseError(case.path.name, problems)
-    return tuple(replace(build_joint(table, case.path.parent), play=table.play) for table in case.loops)
+    return tuple(table.joint(case.path.parent) for table in case.loops)

@@ -12,7 +12,6 @@ from pydantic import Field, PrivateAttr, create_model, model_validator
 from femflex.case.body import Body
 from femflex.case.campbell import CampbellTable
 from femflex.case.initial import StartTable
-from femflex.case.joint import Joint
 from femflex.case.measure import ExpectationsTable
 from femflex.case.orbit import AttitudeTable, OrbitTable
 from femflex.case.run import PicturesTable, RunTable, StudyTable
@@ -25,6 +24,7 @@ from femflex.noun.table import Name, Table, refuse
 from femflex.summary import Rows, Summarised, listed
 from femflex.system.constraint import Constraint
 from femflex.system.environment import EARTH_J2, Environment
+from femflex.system.joints import AnyJoint
 from femflex.system.load import Load
 from femflex.system.sight import Sight
 from femflex.system.spring import Spring
@@ -53,9 +53,9 @@ class Case(Summarised, Table):
     """Beam and plate sections by name."""
     bodies: Annotated[dict[Name, Body], Field(min_length=1)]
     """Bodies by name."""
-    joints: list[Joint] = Field(default_factory=list)
+    joints: list[AnyJoint] = Field(default_factory=list)
     """Joints of the tree: each carries one child body."""
-    loops: list[Joint] = Field(default_factory=list)
+    loops: list[AnyJoint] = Field(default_factory=list)
     """Joints that close loops; they become constraints on the tree of [[joints]]."""
     constraints: list[Constraint] = Field(default_factory=list)
     """Rolling and knife-edge constraints."""

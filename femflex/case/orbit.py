@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import StrictBool, model_validator
 
-from femflex.case.rotation import RotationSet, Sequence_
+from femflex.noun.rotation_words import RotationSet, Sequence_
 from femflex.noun.table import Table, exactly_one, refuse
 from femflex.noun.values import Angle, Angles, Fraction, Length, Position, PositiveLength, Quantity, Rates, Velocity
 

@@ -16,8 +16,6 @@ from femflex.case.body import Body, BodyTable
 from femflex.case.campbell import CampbellTable
 from femflex.case.case import Case, table_of
 from femflex.case.initial import StartTable
-from femflex.case.joint import Joint
-from femflex.case.joint_base import JointTable
 from femflex.case.measure import ExpectationsTable
 from femflex.case.orbit import AttitudeTable, OrbitTable
 from femflex.case.run import PicturesTable, RunTable, StudyTable
@@ -26,6 +24,8 @@ from femflex.effectors.registry import nouns
 from femflex.noun.problems import item_label
 from femflex.system.constraint import Constraint
 from femflex.system.environment import Environment
+from femflex.system.joints import AnyJoint
+from femflex.system.joints.noun import JointNoun
 from femflex.system.load import Load
 from femflex.system.sight import Sight
 from femflex.system.spring import MarkerLink, Spring
@@ -60,9 +60,9 @@ class Outline:
     environment: Environment | None
     attitude: AttitudeTable | None
     bodies: Mapping[str, BodyTable | None]
-    joints: Mapping[str, JointTable | None]
+    joints: Mapping[str, JointNoun | None]
     loads: Mapping[str, Load | None]
-    loops: Mapping[str, JointTable | None]
+    loops: Mapping[str, JointNoun | None]
     between: Mapping[str, MarkerLink | None]
     sights: Mapping[str, Sight | None]
     mounted: Mapping[str, Any]
@@ -118,9 +118,9 @@ def outline_of_tables(raw: Mapping[str, Any]) -> Outline:
         environment=_valid_or_none(Environment, raw.get("environment", {})),
         attitude=_valid_or_none(AttitudeTable, raw.get("attitude", {})),
         bodies={str(name): _valid_or_none(Body, table) for name, table in _table(raw, "bodies").items()},
-        joints=_read_list(raw, "joints", Joint),
+        joints=_read_list(raw, "joints", AnyJoint),
         loads=_read_list(raw, "loads", Load),
-        loops=_read_list(raw, "loops", Joint),
+        loops=_read_list(raw, "loops", AnyJoint),
         between=_read_list(raw, "constraints", Constraint) | _read_list(raw, "springs", Spring),
         sights=_read_list(raw, "sights", Sight),
         mounted=mounted,

@@ -7,14 +7,7 @@ from typing import Annotated, Any
 
 from femflex.noun.problems import suggestion_text
 from femflex.noun.values import ValueProblem, _Readable, value_text
-
-LETTERS = ("xyz", "xzy", "yxz", "yzx", "zxy", "zyx", "xyx", "xzx", "yxy", "yzy", "zxz", "zyz")
-SEQUENCES = (
-    *LETTERS,
-    *(f"intrinsic {letters}" for letters in LETTERS),
-    *(f"extrinsic {letters}" for letters in LETTERS),
-)
-SETS = ("euler_parameters", "rodrigues", "modified_rodrigues", *SEQUENCES)
+from femflex.rotations import ANGLE_SEQUENCES, NAMED_SEQUENCES, ROTATION_SETS
 
 
 @dataclass(frozen=True)
@@ -38,5 +31,5 @@ class OneOf(_Readable):
         return {"type": "string", "enum": list(self.words)}
 
 
-Sequence_ = Annotated[str, OneOf(SEQUENCES, LETTERS)]
-RotationSet = Annotated[str, OneOf(SETS, SETS[: len(SETS) - len(SEQUENCES) + len(LETTERS)])]
+Sequence_ = Annotated[str, OneOf(NAMED_SEQUENCES, ANGLE_SEQUENCES)]
+RotationSet = Annotated[str, OneOf(ROTATION_SETS, tuple(name for name in ROTATION_SETS if " " not in name))]

@@ -1,28 +1,26 @@
-"""[[joints]]: the connection of a body with another, or with the base frame; the simple kinds, and the union of all."""
+"""Joints of successive slides and turns: weld, revolute, prismatic, cylindrical and universal."""
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
-from femflex.case.joint_ball import Free, Spherical
-from femflex.case.joint_base import SPRINGS, JointTable
-from femflex.case.joint_general import General
-from femflex.case.joint_values import Damper, Spring, TurnDamper, TurnSpring
-from femflex.case.motions import AngleMotion, CylinderMotion, PositionMotion, TwoAngles
 from femflex.noun.table import refuse
 from femflex.noun.values import Angle, Axis, Length, Quantity, Rate
+from femflex.system.joints.motions import AngleMotion, CylinderMotion, PositionMotion, TwoAngles
+from femflex.system.joints.noun import Axes, JointNoun
+from femflex.system.joints.values import Damper, Spring, TurnDamper, TurnSpring
 
 
-class Weld(JointTable):
+class Weld(JointNoun):
     """No freedom."""
 
     kind: Literal["weld"]
     """Selects this joint: no degree of freedom."""
 
 
-class Revolute(JointTable):
+class Revolute(JointNoun):
     """One turn about an axis of the parent's marker."""
 
     kind: Literal["revolute"]
@@ -42,12 +40,13 @@ class Revolute(JointTable):
     motion: AngleMotion = AngleMotion()
     """Motion of a locked or prescribed angle. Default: free."""
 
-    def coordinates(self) -> dict[str, str]:
-        """Name and unit of every translation and rotation that a law may act on."""
-        return {"angle": "rad"}
+    @property
+    def turn_axes(self) -> Axes:
+        """Axes of its turns, each turned by those before it."""
+        return (self.axis,)
 
 
-class Prismatic(JointTable):
+class Prismatic(JointNoun):
     """One slide along an axis of the parent's marker."""
 
     kind: Literal["prismatic"]
@@ -67,19 +66,15 @@ class Prismatic(JointTable):
     motion: PositionMotion = PositionMotion()
     """Motion of a locked or prescribed slide. Default: free."""
 
-    def coordinates(self) -> dict[str, str]:
-        """Name and unit of every translation and rotation that a law may act on."""
-        return {"slide": "m"}
+    of_slides: ClassVar[str] = ""
 
-    @model_validator(mode="after")
-    def _prescribed_slide_has_no_spring(self) -> Prismatic:
-        for k, motion in enumerate(self.motions("position")):
-            if motion is not None:
-                self._refuse_other_keys("position", k, motion, "position", SPRINGS)
-        return self
+    @property
+    def slide_axes(self) -> Axes:
+        """Axes of its slides, in the axes of the parent's marker."""
+        return (self.axis,)
 
 
-class Cylindrical(JointTable):
+class Cylindrical(JointNoun):
     """A slide and a turn along one axis of the parent's marker."""
 
     kind: Literal["cylindrical"]
@@ -109,12 +104,18 @@ class Cylindrical(JointTable):
     motion: CylinderMotion = CylinderMotion()
     """Motion of a locked or prescribed slide or angle. Default: free."""
 
-    def coordinates(self) -> dict[str, str]:
-        """Name and unit of every translation and rotation that a law may act on."""
-        return {"slide": "m", "angle": "rad"}
+    @property
+    def slide_axes(self) -> Axes:
+        """Axes of its slides, in the axes of the parent's marker."""
+        return (self.axis,)
+
+    @property
+    def turn_axes(self) -> Axes:
+        """Axes of its turns, each turned by those before it."""
+        return (self.axis,)
 
 
-class Universal(JointTable):
+class Universal(JointNoun):
     """Two successive turns, the second about an axis that the first has turned."""
 
     kind: Literal["universal"]
@@ -134,9 +135,10 @@ class Universal(JointTable):
     motion: TwoAngles = TwoAngles()
     """Motions of locked or prescribed angles. Default: free."""
 
-    def coordinates(self) -> dict[str, str]:
-        """Name and unit of every translation and rotation that a law may act on."""
-        return {"angle1": "rad", "angle2": "rad"}
+    @property
+    def turn_axes(self) -> Axes:
+        """Axes of its turns, each turned by those before it."""
+        return self.axes
 
     @model_validator(mode="after")
     def _axes_differ(self) -> Universal:
@@ -147,8 +149,3 @@ class Universal(JointTable):
                 f"one axis are one turn, so use revolute"
             )
         return self
-
-
-Joint = Annotated[
-    Weld | Revolute | Prismatic | Cylindrical | Universal | Spherical | Free | General, Field(discriminator="kind")
-]

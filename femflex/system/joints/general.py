@@ -6,10 +6,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from femflex.case.joint_base import JointTable
-from femflex.case.motions import GeneralMotion
 from femflex.noun.table import refuse
 from femflex.noun.values import Axis, Quantity, counted_noun
+from femflex.system.joints.motions import GeneralMotion
+from femflex.system.joints.noun import Axes, JointNoun
 
 SLIDE_KEYS = ("position", "velocity", "slide_stiffness", "slide_damping", "slide_rest")
 TURN_KEYS = ("angles", "rates", "stiffness", "damping", "rest")
@@ -24,7 +24,7 @@ TurnSpringList = Annotated[Many, Quantity("N m/rad", (None,), least=0.0)]
 TurnDamperList = Annotated[Many, Quantity("N m s/rad", (None,), least=0.0)]
 
 
-class General(JointTable):
+class General(JointNoun):
     """Up to three slides along axes of the parent's marker, then up to three successive turns, each with its own."""
 
     kind: Literal["general"]
@@ -56,9 +56,15 @@ class General(JointTable):
     motion: GeneralMotion = GeneralMotion()
     """Locked or prescribed translations and rotations."""
 
-    def coordinates(self) -> dict[str, str]:
-        """Name and unit of every translation and rotation that a law may act on."""
-        return {**_numbered("slide", len(self.slides), "m"), **_numbered("angle", len(self.turns), "rad")}
+    @property
+    def slide_axes(self) -> Axes:
+        """Axes of its slides, in the axes of the parent's marker."""
+        return tuple(self.slides)
+
+    @property
+    def turn_axes(self) -> Axes:
+        """Axes of its turns, each turned by those before it."""
+        return tuple(self.turns)
 
     @model_validator(mode="after")
     def _as_many_as_axes(self) -> General:
@@ -76,13 +82,3 @@ class General(JointTable):
                 motions = f"{counted_noun(n_motions, 'motion', 'motions')} in motion.{keys[0]}"
                 refuse(f"found {motions} and {counted_noun(n_axes, axes[:-1], axes)}; give as many of both")
         return self
-
-    def values_or_zeros(self, key: str) -> list[float]:
-        """The values of a key; zeros if it is left out."""
-        axes = self.slides if key in SLIDE_KEYS else self.turns
-        return list(getattr(self, key)) or [0.0] * len(axes)
-
-
-def _numbered(name: str, n: int, unit: str) -> dict[str, str]:
-    """Names of coordinates as in a Joint: "angle" for one, "angle1" and so on for several."""
-    return {name + (str(k + 1) if n > 1 else ""): unit for k in range(n)}

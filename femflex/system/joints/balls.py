@@ -4,18 +4,23 @@ from __future__ import annotations
 
 from typing import Literal
 
+import numpy as np
 from pydantic import StrictBool, model_validator
 
-from femflex.case.joint_base import JointTable
-from femflex.case.joint_values import ZERO, Dampers, Springs, TurnDampers, TurnSprings
-from femflex.case.motions import FreeMotion, ThreeAngles
-from femflex.case.rotation import RotationSet, Sequence_
+from femflex.arrays import Array
+from femflex.noun.rotation_words import RotationSet, Sequence_
 from femflex.noun.table import refuse
 from femflex.noun.values import Angles, Position, Rates, Velocity
-from femflex.rotations import is_extrinsic
+from femflex.rotations import is_extrinsic, letters_of
+from femflex.system.ball import ball_coordinates
+from femflex.system.joints.motions import FreeMotion, ThreeAngles
+from femflex.system.joints.noun import Axes, JointNoun
+from femflex.system.joints.values import ZERO, Dampers, Springs, TurnDampers, TurnSprings
+
+AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
-class Spherical(JointTable):
+class Spherical(JointNoun):
     """Free rotation; springs act on the rotation vector."""
 
     kind: Literal["spherical"]
@@ -41,9 +46,19 @@ class Spherical(JointTable):
     motion: ThreeAngles = ThreeAngles()
     """Locked or prescribed angles of the sequence; the coordinates are then these angles."""
 
-    def coordinates(self) -> dict[str, str]:
-        """Name and unit of every translation and rotation that a law may act on."""
-        return {f"angle{k}": "rad" for k in (1, 2, 3)} if self.has_prescribed_angles else {}
+    @property
+    def turn_axes(self) -> Axes:
+        """Those of the sequence where an angle of it is prescribed."""
+        return tuple(AXES[letter] for letter in letters_of(self.sequence)) if self.has_prescribed_angles else ()
+
+    @property
+    def ball(self) -> str | None:
+        """Its rotation set, where no angle is prescribed."""
+        return None if self.has_prescribed_angles else self.rotation
+
+    def ball_coordinates(self) -> Array:
+        """The initial coordinates of its rotation set."""
+        return ball_coordinates(self.rotation, self.sequence, np.array(self.angles), self.rebase)
 
     @property
     def has_prescribed_angles(self) -> bool:
@@ -86,6 +101,7 @@ class Free(Spherical):
     motion: FreeMotion = FreeMotion()
     """Locked or prescribed slides and angles."""
 
-    def coordinates(self) -> dict[str, str]:
-        """Name and unit of every translation and rotation that a law may act on."""
-        return {f"slide{k}": "m" for k in (1, 2, 3)} | super().coordinates()
+    @property
+    def slide_axes(self) -> Axes:
+        """Axes of its slides, in the axes of the parent's marker."""
+        return tuple(AXES.values())
