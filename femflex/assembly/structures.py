@@ -14,7 +14,6 @@ from femflex.assembly.decks import deck_members, deck_of, left_out_text, refined
 from femflex.assembly.shared import shared_parts
 from femflex.case.body import FlexibleTable, MemberTable
 from femflex.case.case import Case
-from femflex.case.connection import DistributingInterfaceTable, EquationTable, RigidInterfaceTable
 from femflex.case.mesh_groups import file_mesh, mesh_problems, with_regions
 from femflex.case.reduction import (
     CantileverTable,
@@ -28,22 +27,18 @@ from femflex.decks.report import doubts, without_mass
 from femflex.fem import (
     FAMILIES,
     Bushing,
-    Distributing,
-    Equation,
     Member,
     PointMass,
-    Rigid,
     ScalarSpring,
     Structure,
-    Term,
     build_structure,
 )
-from femflex.fem.connections.connection import Connection
+from femflex.fem.connections.connection import Connection, Referenced
 from femflex.fem.option import OPTIONS as FAMILY_OPTIONS
 from femflex.fem.sections.laminates import Lamina
 from femflex.fem.sections.materials import Material, Orthotropic
 from femflex.fem.sections.named import member_material, member_section, solid_material
-from femflex.fem.support import GLOBAL, Support
+from femflex.fem.support import Support
 from femflex.mesh import Mesh
 from femflex.noun.problems import CaseError, Problem, suggestion_text
 from femflex.reduction import (
@@ -152,16 +147,10 @@ def point_masses_of(table: FlexibleTable) -> list[PointMass]:
 
 def connections_of(table: FlexibleTable) -> list[Connection]:
     """The connections of a body. Reference nodes given by positions are already points of its mesh."""
-    return [_connection(entry) for entry in table.connections]
-
-
-def _connection(table: RigidInterfaceTable | DistributingInterfaceTable | EquationTable) -> Connection:
-    if isinstance(table, EquationTable):
-        return Equation(tuple(Term(term.group, term.component, term.factor) for term in table.terms))
-    if isinstance(table, DistributingInterfaceTable):
-        weights = None if table.weights is None else tuple(table.weights)
-        return Distributing(table.group, table.reference_group, weights)
-    return Rigid(table.group, table.reference_group, tuple(table.components), table.axes or GLOBAL)
+    return [
+        c.model_copy(update={"position": None, "reference": c.reference_group}) if isinstance(c, Referenced) else c
+        for c in table.connections
+    ]
 
 
 def preload_of(case: Case, name: str, table: FlexibleTable) -> Preload | None:

@@ -7,7 +7,6 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Field, StrictBool, ValidationInfo, field_validator, model_validator
 
 from femflex.case.body_base import BodyTable as BodyTable
-from femflex.case.connection import Connection, RegionTable
 from femflex.case.deck import OverrideValues
 from femflex.case.deploying import DeployingTable
 from femflex.case.matrices import MatricesTable
@@ -15,11 +14,13 @@ from femflex.case.options import add_options, read_options
 from femflex.case.preload import PreloadTable
 from femflex.case.reduction import DampingTable, FunctionsTable, Reduction
 from femflex.case.shape import Shape
+from femflex.fem.connections import Distributing, Equation, Rigid
 from femflex.noun.inertia import InertiaMatrix
 from femflex.noun.table import Name, Table, exactly_one, refuse
-from femflex.noun.values import Count, Direction, Mass, Position, PositiveLength, Quantity, Vector
+from femflex.noun.values import Count, Direction, Mass, Position, PositiveLength, Quantity, Vector, Whole
 
 Strain = Literal["linear", "nonlinear", "condensed"]
+Connection = Annotated[Rigid | Distributing | Equation, Field(discriminator="kind")]
 TENSION = ("tether", "membrane")  # families that carry tension only
 STRETCHABLE = ("cantilever", "free_free", "craig_bampton")
 
@@ -139,6 +140,24 @@ class BushingTable(Table):
             refuse("found `stiffness` without `to`; a spring along a line needs its other node")
         if self.stiffness is None and not (any(self.translation) or any(self.rotation)):
             refuse("found no stiffness; give stiffness, translation or rotation")
+        return self
+
+
+class RegionTable(Table):
+    """A group of the mesh by place or number."""
+
+    box: tuple[Position, Position] | None = None
+    """Two opposite corners of a box, in the body frame: all points in it, and the cells between them."""
+    nearest: Position | None = None
+    """The mesh point nearest to this position in the body frame."""
+    points: Annotated[list[Whole], Field(min_length=1)] | None = None
+    """Points by number, from 1 in the order of the mesh file."""
+    within: str | None = None
+    """Mesh group whose points alone count, with box. Default: all points."""
+
+    @model_validator(mode="after")
+    def _one_definition(self) -> RegionTable:
+        exactly_one(self, ("box", "nearest", "points"))
         return self
 
 

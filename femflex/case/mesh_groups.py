@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.case.body import FlexibleTable
-from femflex.case.connection import EquationTable
+from femflex.fem.connections import Equation
 from femflex.noun.problems import Problem, suggestion_text
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def file_mesh(folder: Path, table: FlexibleTable) -> Mesh:
 
 def with_regions(mesh: Mesh, table: FlexibleTable) -> Mesh:
     """The mesh with the regions of a body, the whole groups that it names, and the reference nodes of connections."""
-    from femflex.mesh.regions import with_box, with_point_at, with_points, with_whole_groups
+    from femflex.mesh.regions import with_box, with_points, with_whole_groups
 
     file_points = mesh.points
     mesh = with_whole_groups(mesh, [group for _, group in referenced_groups("", table)])
@@ -53,9 +53,7 @@ def with_regions(mesh: Mesh, table: FlexibleTable) -> Mesh:
             nearest = np.argmin(np.linalg.norm(file_points - np.array(region.nearest), axis=1))
             mesh = mesh.with_groups(points={name: [nearest]})
     for connection in table.connections:
-        position = getattr(connection, "position", None)
-        if position is not None:
-            mesh = with_point_at(mesh, connection.reference_group, position)  # type: ignore[union-attr]
+        mesh = connection.with_reference_node(mesh)
     return mesh
 
 
@@ -88,7 +86,7 @@ def referenced_groups(name: str, table: FlexibleTable) -> Iterator[tuple[str, st
     yield from ((f"bodies.{name}.point_masses[{m.group}].group", m.group) for m in table.point_masses)
     for connection in table.connections:
         key_path = f"bodies.{name}.connections[{connection.kind}]"
-        if isinstance(connection, EquationTable):
+        if isinstance(connection, Equation):
             yield from ((f"{key_path}.terms", term.group) for term in connection.terms)
         else:
             yield f"{key_path}.group", connection.group

@@ -105,7 +105,8 @@ class DeckModel:
             nodes_by_axes.setdefault(direction_key(axes(node).ravel()), []).append(node)
         for key, alike in nodes_by_axes.items():
             group = self.new_group(name, alike)
-            self.connections.append(Rigid(group, self.group(reference), _words(components), _rows(key)))
+            options: dict[str, Any] = {"components": _words(components), "axes": _rows(key)}
+            self.connections.append(Rigid(group=group, reference=self.group(reference), **options))
 
     def add_equations(
         self, node: int, components: Components, leaders: list[int], matrix: Array, axes: Array, label: str

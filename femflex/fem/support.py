@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from femflex.arrays import Array
-from femflex.noun.values import Quantity, ValueProblem, _Readable, value_text
+from femflex.noun.values import Quantity, ValueProblem, Vector, _Readable, value_text
 
 Rows = tuple[tuple[float, float, float], ...]
 
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")  # of a node: three translations, three rotations
-GLOBAL: Rows = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+GLOBAL: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 SQUARE = 1e-6  # cosine between two axes of a support that passes for rounding
 
 

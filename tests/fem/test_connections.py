@@ -188,7 +188,7 @@ def test_rigid_connection_along_skew_axes(components):
 def test_distributing_connection_with_weights():
     """Weighted least squares over the rigid motions of the leading nodes, by the normal equations of the six."""
     weights, leading, place = (0.5, 2.0, 1.3, 0.2), [1, 2, 4, 6], np.array([0.4, -0.7, 1.1])
-    s = bars([Distributing("four", tuple(place), weights, "hook")], groups={"four": leading})
+    s = bars([Distributing("four", tuple(place), weights, name="hook")], groups={"four": leading})
     assert s.mesh.group_points("hook").tolist() == [7] and s.mesh.points[7] == pytest.approx(place)
     rows = [rigid_rows(POINTS[k] - place)[:3] for k in leading]
     normal = sum(w * r.T @ r for w, r in zip(weights, rows, strict=True))

@@ -211,7 +211,7 @@ def _distribute(
     name = model.group_of(nodes, label)
     order = sorted(nodes, key=model.row)
     ordered_weights = None if weights is None else tuple(weights.get(node, 1.0) for node in order)
-    model.connections.append(Distributing(name, model.group(ref), ordered_weights))
+    model.connections.append(Distributing(group=name, reference=model.group(ref), weights=ordered_weights))
     model.required.update(nodes)
     model.moving.add(ref)
     model.turning.add(ref)

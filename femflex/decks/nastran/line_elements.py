@@ -156,7 +156,7 @@ def _end_point(model: NastranModel, grid: int, point: Array, name: str) -> int:
         return grid_row
     row = model.build.point(point)
     model.build.point_group(row, name)
-    model.connections.append(Rigid(name, model.group(grid)))
+    model.connections.append(Rigid(group=name, reference=model.group(grid)))
     return row
 
 

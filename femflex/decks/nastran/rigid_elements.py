@@ -229,7 +229,8 @@ def _rbe3(model: NastranModel, card: Card) -> None:
         if len(extents) > 1 and extents[1] > 1e-6 * extents[0]:
             name = model.new_group(f"rbe3_{card.integer(0)}", leaders)
             order = np.argsort([model.row(g) for g in leaders])
-            model.connections.append(Distributing(name, model.group(centre), tuple(float(v) for v in w[order])))
+            weights = tuple(float(v) for v in w[order])
+            model.connections.append(Distributing(group=name, reference=model.group(centre), weights=weights))
             model.moving.add(centre)
             model.turning.add(centre)
             model.required.update(leaders)

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol, Self
 
 import numpy as np
+from pydantic import model_validator
 
 from femflex.arrays import Array
 from femflex.fem.assembly.dependence import Dependence
 from femflex.fem.assembly.numbering import Numbering
 from femflex.mesh.regions import with_point_at
+from femflex.noun.table import Table, exactly_one
+from femflex.noun.values import Direction, Position
 
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
 
-Position = tuple[float, float, float]
-
+Component = Literal["x", "y", "z", "rx", "ry", "rz"]
+Axes = tuple[Direction, Direction, Direction]
 REFERENCE = "{} reference"  # name of the point group of a reference node that is made at a position
 
 
@@ -30,32 +33,50 @@ class Connection(Protocol):
         """The dofs that follow others, after the members have numbered theirs."""
 
 
-def with_reference(mesh: Mesh, reference: str | Position, group: str, name: str) -> Mesh:
-    """The mesh with a node at a reference given by its position, alone in the point group of `reference_group`."""
-    if isinstance(reference, str):
-        return mesh
-    position = np.asarray(reference, float)
-    group_name = reference_group(reference, group, name)
-    if position.shape != (3,) or not np.isfinite(position).all():
-        raise ValueError(f"reference of the connection to group {group!r} is {reference!r}; give a group or a position")
-    return with_point_at(mesh, group_name, position)
+class Referenced(Table):
+    """A connection of the nodes of a group with one reference node.
 
+    In Python `reference` may also be a position (3,) [m], and `name` the name of the node that is made there.
+    """
 
-def reference_group(reference: str | Position, group: str, name: str) -> str:
-    """The point group of the reference node."""
-    return reference if isinstance(reference, str) else name or REFERENCE.format(group)
+    @classmethod
+    def from_python(cls, keys: dict[str, Any]) -> dict[str, Any]:
+        """The keys, a position and its name as in case files."""
+        name, reference = keys.pop("name", ""), keys.get("reference")
+        if reference is not None and not isinstance(reference, str):
+            keys |= {"position": reference, "reference": name or None}
+        return keys
 
+    @model_validator(mode="after")
+    def _has_reference(self) -> Self:
+        if self.position is None:
+            exactly_one(self, ("reference", "position"))
+        return self
 
-def reference_node(mesh: Mesh, reference: str | Position, group: str, name: str) -> int:
-    """The one node of the reference; ValueError where its group has several."""
-    group_name = reference_group(reference, group, name)
-    nodes = mesh.group_points(group_name)
-    if len(nodes) != 1:
-        raise ValueError(
-            f"reference {group_name!r} of the connection to group {group!r} has {len(nodes)} nodes; name a group of "
-            "one node, or give a position"
-        )
-    return int(nodes[0])
+    if TYPE_CHECKING:  # keys of the subclasses, in the order of their arguments
+        group: str
+        reference: str | None
+        position: Position | None
+
+    @property
+    def reference_group(self) -> str:
+        """Group of the reference node."""
+        return self.reference or REFERENCE.format(self.group)
+
+    def with_reference_node(self, mesh: Mesh) -> Mesh:
+        """The mesh with a node at a reference given by its position, alone in the point group `reference_group`."""
+        return mesh if self.position is None else with_point_at(mesh, self.reference_group, self.position)
+
+    def reference_node(self, mesh: Mesh) -> int:
+        """The one node of the reference; ValueError where its group has several."""
+        group_name = self.reference_group
+        nodes = mesh.group_points(group_name)
+        if len(nodes) != 1:
+            raise ValueError(
+                f"reference {group_name!r} of the connection to group {self.group!r} has {len(nodes)} nodes; name a "
+                "group of one node, or give a position"
+            )
+        return int(nodes[0])
 
 
 def skew(r: Array) -> Array:

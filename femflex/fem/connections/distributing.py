@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from femflex.fem.assembly.dependence import Dependence
 from femflex.fem.assembly.numbering import Numbering
-from femflex.fem.connections.connection import Position, reference_node, skew, with_reference
+from femflex.fem.connections.connection import Referenced, skew
+from femflex.noun.values import Plain, Position
 
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
@@ -18,33 +18,29 @@ if TYPE_CHECKING:
 FLAT = 1e-9  # least over largest moment of the nodes about their centre, below which they lie on a line
 
 
-@dataclass(frozen=True)
-class Distributing:
-    """A reference node follows the rigid motion that fits the translations of a group's nodes best.
+class Distributing(Referenced):
+    """A reference node follows the mean motion of a group and spreads its forces over it (RBE3)."""
 
-    With weights w, centre c = sum w x / sum w and J = sum w (|r|^2 - r r^T), r = x - c:
-    theta = J^-1 sum w r x u, u_0 = sum w u / sum w + theta x (x_0 - c). Forces on the reference are spread over the
-    nodes by these weights; the group is not stiffened.
-
-    group      nodes that lead
-    reference  group of one node, or a position (3,) [m] where a node is made; it follows
-    weights    of the nodes in the order of the group's node numbers; equal when left out
-    name       of the point group of a node made at a position; "GROUP reference" when left out
-    """
-
+    kind: Literal["distributing"] = "distributing"
+    """Selects this connection: a distributing one."""
     group: str
-    reference: str | Position
-    weights: tuple[float, ...] | None = None
-    name: str = ""
-
-    def with_reference_node(self, mesh: Mesh) -> Mesh:
-        """See Connection."""
-        return with_reference(mesh, self.reference, self.group, self.name)
+    """Mesh group whose nodes are connected."""
+    reference: str | None = None
+    """Mesh group of the one reference node; with position, the name that a new node gets. Markers, clamps and point
+    masses may name it. Default: named after the group."""
+    weights: tuple[Plain, ...] | None = None
+    """Weights of the nodes, in the order of their numbers. Default: equal."""
+    position: Position | None = None
+    """Position of a new reference node in the body frame. Default: the node of the group `reference`."""
 
     def dependences(self, mesh: Mesh, numbering: Numbering) -> Sequence[Dependence]:
-        """See Connection."""
+        """See Connection. The reference follows the rigid motion that fits the nodes' translations best.
+
+        With weights w, centre c = sum w x / sum w and J = sum w (|r|^2 - r r^T), r = x - c:
+        theta = J^-1 sum w r x u, u_0 = sum w u / sum w + theta x (x_0 - c).
+        """
         where = f"the distributing connection of group {self.group!r}"
-        centre = reference_node(mesh, self.reference, self.group, self.name)
+        centre = self.reference_node(mesh)
         nodes = mesh.group_points(self.group)
         nodes = nodes[nodes != centre]
         moves = numbering.translation_of(nodes)

@@ -3,46 +3,46 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
+from pydantic import Field, model_validator
 
 from femflex.fem.assembly.dependence import Dependence
 from femflex.fem.assembly.numbering import Numbering
+from femflex.fem.connections.connection import Component
 from femflex.fem.support import COMPONENTS
+from femflex.noun.table import Table, refuse
+from femflex.noun.values import Plain
 
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
 
 
-@dataclass(frozen=True)
-class Term:
-    """factor times a component ("x" ... "rz", mesh axes) of the one node of a group."""
+class Term(Table):
+    """A component of the one node of a group, times a factor."""
 
     group: str
-    component: str
-    factor: float
+    """Mesh group of one node."""
+    component: Component
+    """Displacement x, y, z or rotation rx, ry, rz, in axes of the body."""
+    factor: Plain
+    """Factor of the component: a pure number, or metres per radian in SI where the equation mixes them."""
+
+    @model_validator(mode="after")
+    def _acts(self) -> Term:
+        if self.factor == 0.0:
+            refuse(f"factor of group {self.group!r} in an equation is {self.factor}; give a number, not 0")
+        return self
 
 
-@dataclass(frozen=True)
-class Equation:
-    """sum of the terms = 0; the component of the first term follows the others."""
+class Equation(Table):
+    """A sum of components of nodes that is zero (MPC)."""
 
-    terms: tuple[Term, ...]
-
-    def __post_init__(self) -> None:
-        if not self.terms:
-            raise ValueError("an equation of dofs has no terms; give at least one")
-        for term in self.terms:
-            if term.component not in COMPONENTS:
-                raise ValueError(
-                    f"component {term.component!r} of an equation is not of a node; name one of {list(COMPONENTS)}"
-                )
-            if not np.isfinite(term.factor) or term.factor == 0:
-                raise ValueError(
-                    f"factor of group {term.group!r} in an equation is {term.factor}; give a number, not 0"
-                )
+    kind: Literal["equation"] = "equation"
+    """Selects this connection: an equation of components."""
+    terms: Annotated[tuple[Term, ...], Field(min_length=1)]
+    """Terms that add up to zero. The first one's component follows the others."""
 
     def with_reference_node(self, mesh: Mesh) -> Mesh:
         """See Connection."""

@@ -1,52 +1,53 @@
-"""Rigid interfaces: nodes of a group move with a reference node as one rigid piece (Nastran's RBE2)."""
+"""Rigid interfaces, u = u_0 + theta_0 x (x - x_0), theta = theta_0: Nastran's RBE2."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
+from pydantic import Field, model_validator
 
 from femflex.fem.assembly.dependence import Dependence
 from femflex.fem.assembly.numbering import Numbering
-from femflex.fem.connections.connection import Position, reference_node, skew, with_reference
-from femflex.fem.support import COMPONENTS, GLOBAL, Rows, Support
+from femflex.fem.connections.connection import Axes, Component, Referenced, skew
+from femflex.fem.support import COMPONENTS, GLOBAL, Support
+from femflex.noun.table import refuse
+from femflex.noun.values import Position
 
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
 
 
-@dataclass(frozen=True)
-class Rigid:
-    """The nodes of a group follow a reference node: u = u_0 + theta_0 x (x - x_0), theta = theta_0.
+class Rigid(Referenced):
+    """The nodes of a group move with a reference node as one rigid piece (RBE2)."""
 
-    group       its nodes follow
-    reference   group of one node, or a position (3,) [m] where a node is made
-    components  of "x", "y", "z", "rx", "ry", "rz" that follow, along the rows of axes (3, 3)
-    name        of the point group of a node made at a position; "GROUP reference" when left out
-    """
-
+    kind: Literal["rigid"] = "rigid"
+    """Selects this connection: a rigid one."""
     group: str
-    reference: str | Position
-    components: tuple[str, ...] = COMPONENTS
-    axes: Rows = GLOBAL
-    name: str = ""
+    """Mesh group whose nodes are connected."""
+    reference: str | None = None
+    """Mesh group of the one reference node; with position, the name that a new node gets. Markers, clamps and point
+    masses may name it. Default: named after the group."""
+    components: Annotated[tuple[Component, ...], Field(min_length=1)] = ("x", "y", "z", "rx", "ry", "rz")
+    """Components of the nodes that follow the reference."""
+    axes: Axes = GLOBAL
+    """Axes of the components: three directions at right angles. Default: those of the body."""
+    position: Position | None = None
+    """Position of a new reference node in the body frame. Default: the node of the group `reference`."""
 
-    def __post_init__(self) -> None:
-        Support(self.components, self.axes)  # checks both
-        if not self.components:
-            raise ValueError(f"the rigid connection of group {self.group!r} has no components; name some")
-
-    def with_reference_node(self, mesh: Mesh) -> Mesh:
-        """See Connection."""
-        return with_reference(mesh, self.reference, self.group, self.name)
+    @model_validator(mode="after")
+    def _axes_fit(self) -> Rigid:
+        try:
+            Support(self.components, self.axes)
+        except ValueError as error:
+            refuse(str(error))
+        return self
 
     def dependences(self, mesh: Mesh, numbering: Numbering) -> Sequence[Dependence]:
         """See Connection."""
-        to = self.name or (self.reference if isinstance(self.reference, str) else "")
-        where = f"the rigid connection of group {self.group!r}" + (f" to {to!r}" if to else "")
-        centre = reference_node(mesh, self.reference, self.group, self.name)
+        where = f"the rigid connection of group {self.group!r}" + (f" to {self.reference!r}" if self.reference else "")
+        centre = self.reference_node(mesh)
         nodes = mesh.group_points(self.group)
         nodes = nodes[nodes != centre]
         if not len(nodes):
