@@ -86,7 +86,7 @@ def jitter_verdicts(case: Case, rms: Mapping[str, tuple[float, str]]) -> list[Ve
         if table.of == OF_JITTER:
             if table.output is None or table.output not in rms:
                 raise KeyError(f"expect.{name}: [jitter] has no output {table.output!r}; known are {', '.join(rms)}")
-            out.append(_verdict(name, table, *rms[table.output]))
+            out.append(verdict_on(name, table, *rms[table.output]))
     return out
 
 

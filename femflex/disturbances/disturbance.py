@@ -1,4 +1,4 @@
-"""What all disturbances at a marker have in common, and the lines of their spectra.
+"""Common parts of all disturbances, and the lines of their spectra.
 
 A line is a force and a torque a cos(2 pi f t + phase) with complex amplitudes a (6,); the phases of different lines are
 unknown and independent. A random disturbance has a one-sided power spectral density of each of its six components,

@@ -61,8 +61,9 @@ class Input:
             effectors = tuple(_with_more_signal(item, self.component, amount, self.owner) for item in system.effectors)
             return replace(system, effectors=effectors)
         if self.kind == "base":
-            gravity = system.environment.gravity - amount * np.eye(3)[XYZ.index(self.component)]
-            return replace(system, environment=replace(system.environment, gravity=gravity))
+            gravity = tuple(np.array(system.environment.gravity) - amount * np.eye(3)[XYZ.index(self.component)])
+            environment = system.environment.model_copy(update={"gravity": gravity})
+            return replace(system, environment=environment)
         if self.kind == "effort":
             joint, k = joint_coordinate(system, self.owner)
             changed = _with_effort(joint, k, coordinates[self.owner], amount)
