@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -252,8 +253,12 @@ def tank_lines(run: Run) -> list[str]:
 
 
 def limit_lines(run: Run) -> list[str]:
-    """A line per wheel at a limit of torque or speed, and per slack cable: the share, first and last of the rows."""
+    """Lines on the speeds of wheels, and on wheels at a limit and slack cables: the share, first and last of the
+    rows."""
     texts = {}
+    for name in owners_of(run, "effectors", "speed"):
+        rpm = run[f"effectors/{name}/speed"] * 30.0 / math.pi
+        texts[f"wheel       {name} turned at"] = f"{rpm.min():.6g} to {rpm.max():.6g} rpm"
     for name in owners_of(run, "effectors", "saturated"):
         texts[f"wheel       {name} was saturated"] = row_range_text(run, run[f"effectors/{name}/saturated"] > 0.5)
     for name in owners_of(run, "effectors", "tension"):

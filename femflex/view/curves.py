@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -15,6 +17,7 @@ from femflex.view.segments import body_names, body_of_marker
 from femflex.view.units import length_unit
 
 DEGREES = 180.0 / np.pi
+SPEED = r"effectors/[^/]+/speed"  # channels of wheels, shown in rpm
 OVER = " over "  # between two channels: the first divided by the second
 BALANCE = "energy minus work"  # a curve of its own, see `balance_of`
 POWERS = {  # channels of power and the sign with which each feeds the energy
@@ -267,10 +270,13 @@ def _noticeable(group: list[Curve], limit: float, least: float) -> list[Curve]:
 
 
 def _in_readable_units(group: list[Curve], degrees: bool) -> list[Curve]:
-    """The curves with lengths in one unit that suits the first run's largest, and angles in degrees on request."""
+    """The curves with lengths in one unit that suits the first run's largest; on request angles in degrees, wheel
+    speeds in rpm."""
     unit, factor, largest = group[0].unit, 1.0, _size([curve for curve in group if not curve.second] or group)
     if unit == "m" and largest > 0:
         factor, unit = length_unit(largest)
+    elif degrees and all(re.fullmatch(SPEED, curve.channel) for curve in group):
+        factor, unit = 30.0 / math.pi, "rpm"
     elif degrees and unit in ("rad", "rad/s"):
         factor, unit = DEGREES, unit.replace("rad", "deg")
     return [replace(curve, values=curve.values * factor, unit=unit) for curve in group]

@@ -61,7 +61,7 @@ class Input:
             effectors = tuple(_with_more_signal(item, self.component, amount, self.owner) for item in system.effectors)
             return replace(system, effectors=effectors)
         if self.kind == "base":
-            gravity = tuple(np.array(system.environment.gravity) - amount * np.eye(3)[XYZ.index(self.component)])
+            gravity = system.environment.gravity - amount * np.eye(3)[XYZ.index(self.component)]
             environment = system.environment.model_copy(update={"gravity": gravity})
             return replace(system, environment=environment)
         if self.kind == "effort":
