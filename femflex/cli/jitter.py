@@ -104,9 +104,24 @@ def print_budget(budget: Budget, verbose: bool) -> None:
             print_table(["worst speed, rpm", *[(name, ".5g") for name in names]], speeds)
         mode_heads = ["part of the mean square", ("Hz", ".4g"), ("damping ratio", ".3g"), *names]
         print_table(mode_heads, mode_rows(budget, moving, verbose))
+    stress = stress_rows(budget)
+    if stress:
+        places = [(f"{axis}, m", ".4g") for axis in "xyz"]
+        print_table(["rms of stress", "members", "quantity", ("largest", ".4g"), "unit", *places], stress, keys=3)
     for source, (srss, cqc, _) in shocks.items():
         peaks = [[rule, *scaled(values)] for rule, values in (("SRSS", srss), ("CQC", cqc))]
         print_table([f"peaks of shock {source}", *heads], peaks)
+
+
+def stress_rows(budget: Budget) -> list[list[Any]]:
+    """Rows of the largest rms of stress: body, members, quantity, value, unit, and its place [m]."""
+    from femflex.studies.jitter import stress_peaks
+
+    return [
+        [body, peak.group or peak.kind, peak.name, peak.value, peak.unit, *peak.place]
+        for body in budget.plant.table.stress
+        for peak in stress_peaks(budget, body)
+    ]
 
 
 def mode_rows(budget: Budget, outputs: Sequence[int], verbose: bool) -> list[list[Any]]:
@@ -154,6 +169,10 @@ def budget_data(budget: Budget) -> dict[str, Any]:
         "modes": [
             {"name": mode.name, "frequency_hz": mode.frequency, "damping_ratio": mode.damping_ratio}
             for mode in budget.modes
+        ],
+        "stress_rms": [
+            dict(zip(("body", "members", "quantity", "largest", "unit", "x_m", "y_m", "z_m"), row, strict=True))
+            for row in stress_rows(budget)
         ],
         "shocks": {
             source: {"srss": srss, "cqc": cqc, "by_mode": each} for source, (srss, cqc, each) in budget.shocks().items()

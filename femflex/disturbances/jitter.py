@@ -47,6 +47,8 @@ class JitterTable(Table):
     """Outputs by name."""
     band: Annotated[tuple[float, float], Quantity("Hz", (2,), above=0.0)] | None = None
     """Lowest and highest frequency that counts. Default: a tenth of the lowest vibration to three times the highest."""
+    stress: list[str] = Field(default_factory=list)
+    """Bodies whose random stress is computed too, such as the root mean square of von Mises' stress."""
     loss_factor: Annotated[float, Quantity("", least=0.0, below=1.0)] = 0.0
     """Structural damping: the stiffness of flexible bodies times 1 + i loss_factor, in addition to their damping."""
 

@@ -6,16 +6,19 @@ from femflex.studies.jitter.budget import Budget, Contribution, SpeedScan, jitte
 from femflex.studies.jitter.plant import Plant, jitter_plant
 from femflex.studies.jitter.quadrature import frequency_panels
 from femflex.studies.jitter.shock import combined_peaks, miles, shock_spectrum
+from femflex.studies.jitter.stress import amplitude_covariance, stress_peaks
 
 __all__ = [
     "Budget",
     "Contribution",
     "Plant",
     "SpeedScan",
+    "amplitude_covariance",
     "combined_peaks",
     "frequency_panels",
     "jitter",
     "jitter_plant",
     "miles",
     "shock_spectrum",
+    "stress_peaks",
 ]

@@ -36,6 +36,7 @@ MEASURED = {  # of an output: kind of its sensor, power of i w, unit
 }
 FEW = 40  # frequencies for which a Schur form does not pay
 UNDAMPED = "the model has an undamped pole near {omega:.6g} rad/s, where its response is infinite; give damping"
+AMPLITUDES = "bodies/{body}/delta"
 SENSOR, ROTOR = "jitter-sensor.", "jitter-rotor."
 
 
@@ -95,6 +96,12 @@ class Plant:
         """The plant with these speeds [rad/s] of wheels by the name of the disturbance."""
         return plant_of(self.system, self.case, speeds)
 
+    def at_speed(self, name: str, speed: float) -> Plant:
+        """The plant at a speed [rad/s] of a source whose rotor has momentum; itself for other sources."""
+        noun = self.sources[name]
+        has_momentum = isinstance(noun, WheelDisturbance) and (noun.wheel is not None or noun.inertia > 0.0)
+        return self.at_speeds({name: speed}) if has_momentum else self
+
     def response(self, frequencies: Array, source: str, A: ComplexArray | None = None) -> ComplexArray:
         """Response (n, n_out, n_c) of the outputs, in their units, to the components of a source at frequencies
         (n,) [Hz]."""
@@ -135,6 +142,23 @@ class Plant:
         first, second = mode.residue @ self.inputs[source], mode.conjugate @ self.inputs[source]
         G = first / (s - mode.pole)[:, None, None] + second / (s - mode.conjugate_pole)[:, None, None]
         return G * s[:, None, None] ** self.powers[:, None]
+
+    def amplitude_count(self, body: str) -> int:
+        """Number of amplitudes of a body. Raises ValueError for one that is not in `stress` of [jitter]."""
+        return len(self._amplitude_rows(body))
+
+    def amplitudes(self, frequencies: Array, source: str, body: str) -> ComplexArray:
+        """Response (n, n_d, n_c) of the amplitudes of a body, in their units, at frequencies (n,) [Hz]."""
+        rows, B = self._amplitude_rows(body), self.model.B @ self.inputs[source]
+        omega = 2.0 * np.pi * np.asarray(frequencies, float)
+        return resolvent_response(self.A, B, self.model.C[rows], omega) + self.model.D[rows] @ self.inputs[source]
+
+    def _amplitude_rows(self, body: str) -> list[int]:
+        names, start = [name for name, _ in self.model.outputs], AMPLITUDES.format(body=body)
+        rows = [k for k, name in enumerate(names) if name.startswith(f"{start}:")]
+        if body not in self.table.stress or not rows:
+            raise ValueError(f"the amplitudes of body {body!r} are not known; name a flexible body in jitter.stress")
+        return rows
 
 
 def resolvent_response(A: ComplexArray, B: Array, C: Array, omega: Array) -> ComplexArray:
@@ -199,7 +223,7 @@ def plant_of(system: System, case: Case, speeds: Mapping[str, float] | None = No
     equipped = _with_speeds(equipped, sources, speeds or {})
     paths, inputs = _inputs(sources)
     rows = _Rows(table.outputs)
-    model = linear_model(equipped, paths, rows.channels)
+    model = linear_model(equipped, paths, [*rows.channels, *(AMPLITUDES.format(body=body) for body in table.stress)])
     A = model.A.astype(complex)
     if table.loss_factor:
         A = A + _structural(model, table.loss_factor)
