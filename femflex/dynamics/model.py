@@ -13,7 +13,7 @@ from femflex.arrays import Array, IntArray
 from femflex.dynamics.clock import Clock
 from femflex.dynamics.constraints.assemble import assembled
 from femflex.dynamics.constraints.constrained import Constraints, build_constraints
-from femflex.dynamics.constraints.free_lengths import link_free_lengths
+from femflex.dynamics.constraints.free_lengths import link_length_steps, link_lengths
 from femflex.dynamics.constraints.projection import project
 from femflex.dynamics.effector_states import (
     check_distances,
@@ -43,17 +43,19 @@ from femflex.summary import Rows, Summarised, listed
 from femflex.system import Channel, LengthTable, System
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SecondOrderCalls:
     """The second-order calls over a model's own arrays, each compiled when it is first called.
 
     refusal  why implicit integrators cannot solve the model; "" where they can
+    lengths  table of a model with free lengths
     """
 
     n_q: int
     n_u: int
     n_z: int = 0
     refusal: str = ""
+    lengths: IntArray | None = None
     kinematic: Any = field(default=kinematic)
     advance: Any = field(default=advance)
     solve: Any = field(default=solve)
@@ -64,6 +66,8 @@ class SecondOrderCalls:
         """The call of signature CORRECT. Raises ValueError with the refusal."""
         if self.refusal:
             raise ValueError(self.refusal)
+        if self.lengths is not None:
+            link_length_steps(self.lengths)
         return correct
 
 
@@ -157,7 +161,7 @@ class Model(Summarised):
         elif free and self.reduced:
             reason = "terms of its equations are left out (`without`), which implicit integrators cannot do"
         text = f"body {free[0]!r} has a free length, and {reason}; set integrator = 'dop853'" if reason else ""
-        return SecondOrderCalls(self.n_q, self.n_u, self.n_z, text)
+        return SecondOrderCalls(self.n_q, self.n_u, self.n_z, text, self.table if free else None)
 
     @cached_property
     def reduced(self) -> bool:
@@ -295,8 +299,7 @@ def compile_system(system: System) -> Model:
     if problems := sensor_problems(system, reported) + threshold_problems(system, reported):
         raise ValueError("\n".join(problems))
     table, pool, scratch = lower(system, force_terms())
-    if free_lengths(system):
-        link_free_lengths(table)
+    link_lengths(table)
     n_q = len(system.coordinate_names())
     n_u, n_z = len(system.velocity_names()), len(system.state_names())
     quadruples = [int(b["q"] + b["n_slide"]) for b in body_records(table)[1:] if b["ball"] == BALL_QUATERNION]

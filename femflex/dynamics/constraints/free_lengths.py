@@ -22,20 +22,13 @@ from femflex.dynamics.constraints.rows import push_rows, row_of
 from femflex.dynamics.forces.effector_calls import solve_small
 from femflex.dynamics.forces.marker_forces import clear_work_per_length, power_per_length
 from femflex.dynamics.layout import constraint_records as layout
+from femflex.dynamics.layout import records as at
 from femflex.dynamics.layout.constraint_records import closing_of, constraint_of
-from femflex.dynamics.layout.records import (
-    HEADER,
-    LENGTH_DRUM_MASS,
-    LENGTH_Z,
-    N_HEADER,
-    VARIES,
-    body_of,
-    header_of,
-)
+from femflex.dynamics.layout.records import HEADER, N_HEADER, body_of, body_records, header_of
 from femflex.dynamics.layout.variations import WORKED
 from femflex.dynamics.layout.written_blocks import write_block
 from femflex.dynamics.rate.auxiliary_states import copy_auxiliary_states, place_of_length
-from femflex.dynamics.rate.drum_force import drum_force
+from femflex.dynamics.rate.drum_force import call_drum_force, change_power, drum_force
 from femflex.dynamics.rate.gathering import gather_residual
 from femflex.dynamics.rate.rate import LENGTH_STEPS, LENGTHS, place_and_load
 from femflex.kernels.compiled import inner
@@ -47,10 +40,20 @@ STEP_RATIO = 1e-6  # of the rate of a length, by which it is differenced
 LEAST_RATE = 1e-3  # of the length [1/s], added to its rate for this
 
 
-def link_free_lengths(table: Table) -> None:
-    """Fill in the addresses of the functions that solve for free lengths."""
-    head = table[:N_HEADER].view(HEADER)[0]
-    head["solve_lengths"], head["step_lengths"] = solve_lengths.address, step_lengths.address
+def link_length_steps(table: Table) -> None:
+    """Fill in the address of LENGTH_STEPS, before the first Newton's correction of a model with free lengths."""
+    table[:N_HEADER].view(HEADER)[0]["step_lengths"] = step_lengths.address
+
+
+def link_lengths(table: Table) -> None:
+    """Fill in the addresses of the functions of bodies that vary: those that solve for free lengths, and of reports."""
+    head, bodies = table[:N_HEADER].view(HEADER)[0], body_records(table)
+    if head["n_free"]:
+        head["solve_lengths"] = solve_lengths.address
+    if bodies["unit"].any():
+        head["drum_force"] = drum_force.address
+    if (bodies["varies"] & (bodies["unit"] == 0)).any():
+        head["change_power"] = change_power.address
 
 
 @inner
@@ -87,10 +90,10 @@ def add_constraint_work(table: Table, pool: Array, work: Array) -> None:
         if c["kind"] == layout.CONSTRAINT_GENERAL:
             continue
         P, Q = body_of(table, c["parent"]), body_of(table, c["child"])
-        if c["parent"] > 0 and c["bends_P"] >= VARIES and P["unit"] > 0:
+        if c["parent"] > 0 and c["bends_P"] >= at.VARIES and P["unit"] > 0:
             rows = c["place_P"], c["shape_P"], c["spin_P"], c["bends_P"]
             add_marker_work(P, c, layout.R_FP, rows, table, pool, work)
-        if c["bends_Q"] >= VARIES and Q["unit"] > 0:
+        if c["bends_Q"] >= at.VARIES and Q["unit"] > 0:
             rows = c["place_Q"], c["shape_Q"], c["spin_Q"], c["bends_Q"]
             add_marker_work(Q, c, layout.R_FQ, rows, table, pool, work)
 
@@ -104,22 +107,13 @@ def write_imbalance_entries(column: int, table: Table, pool: Array, work: Array)
         b = body_of(table, i)
         if b["free_length"]:
             numbers, (_, rate, acceleration) = offset(pool, b["numbers"]), length_motion(0.0, b, table, pool, work)
-            imbalance = drum_force(i, rate, acceleration, table, pool, work) + numbers[LENGTH_DRUM_MASS] * acceleration
-            imbalance -= work[head["zdot"] + int(numbers[LENGTH_Z]) + 1]
+            imbalance = (
+                call_drum_force(head["drum_force"], i, rate, acceleration, table, pool, work)
+                + numbers[at.LENGTH_DRUM_MASS] * acceleration
+            )
+            imbalance -= work[head["zdot"] + int(numbers[at.LENGTH_Z]) + 1]
             work[head["needs"] + (n + 1) * k + column] = imbalance
             k += 1
-
-
-@inner
-def gather_with_lengths(
-    t: float, q: Array, u: Array, udot: Array, out: Array, table: Table, pool: Array, work: Array
-) -> None:
-    """Gather the residual (n_u,) of a motion, with constraints' forces, and the work per length at moving markers."""
-    clear_work_per_length(table, pool)
-    place_and_load(t, q, u, table, pool, work)
-    push_rows(table, work)
-    add_constraint_work(table, pool, work)
-    gather_residual(udot, out, table, pool, work)
 
 
 @inner
@@ -129,7 +123,11 @@ def write_imbalance(t: float, q: Array, u: Array, udot: Array, k: int, table: Ta
     Lengths accelerate as their slots say, and constraints have the multipliers that were solved for. The first trial
     stands in the last column.
     """
-    gather_with_lengths(t, q, u, udot, offset(work, header_of(table)["lack"]), table, pool, work)
+    clear_work_per_length(table, pool)
+    place_and_load(t, q, u, table, pool, work)
+    push_rows(table, work)
+    add_constraint_work(table, pool, work)
+    gather_residual(udot, offset(work, header_of(table)["lack"]), table, pool, work)
     write_imbalance_entries(k - 1 if k > 0 else int(header_of(table)["n_free"]), table, pool, work)
 
 

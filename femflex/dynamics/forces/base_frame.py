@@ -5,18 +5,8 @@ from __future__ import annotations
 import math
 
 from femflex.arrays import Array, Table
-from femflex.dynamics.layout.records import (
-    FRAME_ORBITAL,
-    FRAME_SPINNING,
-    ORBIT_NONE,
-    W_ACC,
-    W_CIN,
-    W_OMEGA,
-    W_POS,
-    W_VEL,
-    body_of,
-    header_of,
-)
+from femflex.dynamics.layout import records as at
+from femflex.dynamics.layout.records import body_of, header_of
 from femflex.kernels.compiled import inner
 from femflex.kernels.turns import axis_turn
 from femflex.kernels.vectors import (
@@ -105,22 +95,22 @@ def move_base(t: float, table: Table, pool: Array, work: Array) -> None:
     """Write the base frame's attitude, rate and acceleration at t into record 0, and the orbit's state."""
     head = header_of(table)
     w = body_of(table, 0)["work"]
-    if head["orbit"] != ORBIT_NONE:
+    if head["orbit"] != at.ORBIT_NONE:
         move_orbit(t, table, pool, work)
     C_FN, omega, alpha = UNIT, ZERO, ZERO
-    if head["frame"] == FRAME_SPINNING:
+    if head["frame"] == at.FRAME_SPINNING:
         omega = load3(pool, head["frame_data"])
         speed = math.sqrt(omega[0] ** 2 + omega[1] ** 2 + omega[2] ** 2)
         if speed > 0.0:
             C_FN = transpose(axis_turn(scale(1.0 / speed, omega), speed * t))
-    elif head["frame"] == FRAME_ORBITAL:
+    elif head["frame"] == at.FRAME_ORBITAL:
         o = head["orbit_state"]
         C_FN = transpose(load9(work, o + 4))
         omega = load3(work, o + 1)
         alpha = load3(work, o + 19)
-    store9(work, w + W_CIN, C_FN)
-    store3(work, w + W_OMEGA, omega)
-    store3(work, w + W_ACC, ZERO)
-    store3(work, w + W_ACC + 4, alpha)
-    store3(work, w + W_POS, ZERO)
-    store3(work, w + W_VEL, ZERO)
+    store9(work, w + at.W_CIN, C_FN)
+    store3(work, w + at.W_OMEGA, omega)
+    store3(work, w + at.W_ACC, ZERO)
+    store3(work, w + at.W_ACC + 4, alpha)
+    store3(work, w + at.W_POS, ZERO)
+    store3(work, w + at.W_VEL, ZERO)

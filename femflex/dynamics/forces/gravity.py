@@ -11,18 +11,8 @@ import math
 
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.bodies.varying import shape_motion
-from femflex.dynamics.layout.records import (
-    ORBIT_FREE,
-    ORBIT_NONE,
-    W_CIN,
-    W_OMEGA,
-    W_POS,
-    W_Q,
-    W_S,
-    W_VEL,
-    body_of,
-    header_of,
-)
+from femflex.dynamics.layout import records as at
+from femflex.dynamics.layout.records import body_of, header_of
 from femflex.kernels.compiled import inner
 from femflex.kernels.formula import formula
 from femflex.kernels.lanes import root
@@ -118,8 +108,8 @@ def find_center_of_mass(table: Table, pool: Array, work: Array) -> None:
     for i in range(1, head["n_bodies"]):
         b = body_of(table, i)
         w = b["work"]
-        c = add(c, scale(pool[b["mass"]], load3(work, w + W_POS)))
-        c = add(c, turn_back(load9(work, w + W_CIN), load3(work, w + W_S)))
+        c = add(c, scale(pool[b["mass"]], load3(work, w + at.W_POS)))
+        c = add(c, turn_back(load9(work, w + at.W_CIN), load3(work, w + at.W_S)))
     store3(work, head["total"], scale(1.0 / pool[head["mass"]], c))
 
 
@@ -133,7 +123,7 @@ def gravity_field(table: Table, pool: Array, work: Array) -> tuple[Vector, float
     head = header_of(table)
     o, mu = head["orbit_state"], pool[head["orbit_data"]]
     R = load3(work, o + 13)
-    if head["orbit"] != ORBIT_FREE:
+    if head["orbit"] != at.ORBIT_FREE:
         radius = work[o]
         return scale(1.0 / radius, R), mu / (radius * radius * radius)
     c = load3(work, head["total"])
@@ -159,10 +149,10 @@ def inertia_along(l: Vector, c: Vector, table: Table, pool: Array, work: Array) 
     for i in range(1, header_of(table)["n_bodies"]):
         b = body_of(table, i)
         w, m = b["work"], pool[b["mass"]]
-        C_iN = load9(work, w + W_CIN)
-        p = sub(load3(work, w + W_POS), c)
-        s = turn_back(C_iN, load3(work, w + W_S))
-        Q = load9(work, w + W_Q)
+        C_iN = load9(work, w + at.W_CIN)
+        p = sub(load3(work, w + at.W_POS), c)
+        s = turn_back(C_iN, load3(work, w + at.W_S))
+        Q = load9(work, w + at.W_Q)
         Ql = add(Ql, turn_back(C_iN, turn(Q, turn(C_iN, l))))
         Ql = add(Ql, add(scale(dot(p, l), add(s, scale(m, p))), scale(dot(s, l), p)))
         trace += Q[0] + Q[4] + Q[8] + 2.0 * dot(p, s) + m * dot(p, p)
@@ -172,11 +162,11 @@ def inertia_along(l: Vector, c: Vector, table: Table, pool: Array, work: Array) 
 @inner
 def local_field(b: Record, head: Record, l: Vector, strength: float, pool: Array, work: Array) -> tuple[Matrix, Vector]:
     """Gradient F (3, 3) and uniform part of minus the gravity field, body components: -(mu/a0^3)(r - 3 l (l.r))."""
-    if head["orbit"] == ORBIT_NONE:
+    if head["orbit"] == at.ORBIT_NONE:
         if head["weighs"] == 0:
             return NO_GRADIENT, ZERO
-        return NO_GRADIENT, scale(-1.0, turn(load9(work, b["work"] + W_CIN), load3(pool, head["gravity"])))
-    C_iN = load9(work, b["work"] + W_CIN)
+        return NO_GRADIENT, scale(-1.0, turn(load9(work, b["work"] + at.W_CIN), load3(pool, head["gravity"])))
+    C_iN = load9(work, b["work"] + at.W_CIN)
     e = turn(C_iN, l)
     k = strength
     F: Matrix = (
@@ -184,9 +174,9 @@ def local_field(b: Record, head: Record, l: Vector, strength: float, pool: Array
         -3.0 * k * e[1] * e[0], k * (1.0 - 3.0 * e[1] * e[1]), -3.0 * k * e[1] * e[2],
         -3.0 * k * e[2] * e[0], -3.0 * k * e[2] * e[1], k * (1.0 - 3.0 * e[2] * e[2]),
     )  # fmt: skip
-    p = turn(C_iN, sub(load3(work, b["work"] + W_POS), load3(work, head["total"])))
+    p = turn(C_iN, sub(load3(work, b["work"] + at.W_POS), load3(work, head["total"])))
     uniform = turn(F, p)
-    if head["orbit"] == ORBIT_FREE:
+    if head["orbit"] == at.ORBIT_FREE:
         uniform = sub(uniform, turn(C_iN, load3(work, head["total"] + 3)))
     return F, uniform
 
@@ -206,7 +196,7 @@ def reference_motion(table: Table, pool: Array, work: Array) -> Origin:
         b = body_of(table, i)
         w = b["work"]
         ds = shape_motion(b, pool, work)[0]
-        p = add(cross(load3(work, w + W_OMEGA), load3(work, w + W_S)), ds)
-        p = add(p, scale(pool[b["mass"]], load3(work, w + W_VEL)))
-        momentum = add(momentum, turn_back(load9(work, w + W_CIN), p))
+        p = add(cross(load3(work, w + at.W_OMEGA), load3(work, w + at.W_S)), ds)
+        p = add(p, scale(pool[b["mass"]], load3(work, w + at.W_VEL)))
+        momentum = add(momentum, turn_back(load9(work, w + at.W_CIN), p))
     return load3(work, head["total"]), scale(1.0 / pool[head["mass"]], momentum)

@@ -13,15 +13,8 @@ from __future__ import annotations
 import math
 
 from femflex.arrays import Array, Record, Table
-from femflex.dynamics.layout.records import (
-    BALL_EXTRINSIC,
-    BALL_MODIFIED,
-    BALL_QUATERNION,
-    BALL_RODRIGUES,
-    W_NEAR,
-    body_of,
-    header_of,
-)
+from femflex.dynamics.layout import records as at
+from femflex.dynamics.layout.records import body_of, header_of
 from femflex.kernels.compiled import inner, kernel
 from femflex.kernels.entries import ARRAYS, INTEGER, REAL, VECTOR
 from femflex.kernels.lanes import pointer
@@ -58,22 +51,22 @@ from femflex.system.ball import NEAR
 @inner
 def intrinsic_angles(b: Record, q: Array, j: int) -> Vector:
     """Angles at q[j] in the order of intrinsic turns."""
-    return (q[j + 2], q[j + 1], q[j]) if b["ball"] == BALL_EXTRINSIC else load3(q, j)
+    return (q[j + 2], q[j + 1], q[j]) if b["ball"] == at.BALL_EXTRINSIC else load3(q, j)
 
 
 @inner
 def store_angles(b: Record, q: Array, j: int, angles: Vector) -> None:
     """Write angles of intrinsic turns to q[j] in the order of the ball's own."""
-    store3(q, j, (angles[2], angles[1], angles[0]) if b["ball"] == BALL_EXTRINSIC else angles)
+    store3(q, j, (angles[2], angles[1], angles[0]) if b["ball"] == at.BALL_EXTRINSIC else angles)
 
 
 @inner
 def ball_coordinates_turn(b: Record, q: Array, pool: Array) -> Matrix:
     """C_RQ of the coordinates of a ball, counted from its reference."""
     j = b["q"] + b["n_slide"]
-    if b["ball"] == BALL_RODRIGUES:
+    if b["ball"] == at.BALL_RODRIGUES:
         return quaternion_turn(rodrigues_quaternion(load3(q, j)))
-    if b["ball"] == BALL_MODIFIED:
+    if b["ball"] == at.BALL_MODIFIED:
         return quaternion_turn(modified_quaternion(load3(q, j)))
     return angles_turn(intrinsic_angles(b, q, j), load3(pool, b["axes"] + 3 * b["n_slide"]))
 
@@ -89,9 +82,9 @@ def ball_turn(b: Record, q: Array, pool: Array) -> Matrix:
 def ball_rates(b: Record, q: Array, omega: Vector, dq: Array, pool: Array) -> None:
     """Rates of coordinates that are not Euler parameters, of a ball turning at omega, Q components."""
     j = b["q"] + b["n_slide"]
-    if b["ball"] == BALL_RODRIGUES:
+    if b["ball"] == at.BALL_RODRIGUES:
         store3(dq, j, rodrigues_rates(load3(q, j), omega))
-    elif b["ball"] == BALL_MODIFIED:
+    elif b["ball"] == at.BALL_MODIFIED:
         store3(dq, j, modified_rates(load3(q, j), omega))
     else:
         numbers = load3(pool, b["axes"] + 3 * b["n_slide"])
@@ -125,10 +118,10 @@ def nearest_angles(angles: Vector, old: Vector, numbers: Vector) -> Vector:
 def advance_ball(b: Record, q: Array, theta: Vector, out: Array, pool: Array) -> None:
     """Coordinates, not Euler parameters, of C_PQ exp(skew(theta)): next to the old ones where a set has several."""
     j = b["q"] + b["n_slide"]
-    if b["ball"] == BALL_RODRIGUES:
+    if b["ball"] == at.BALL_RODRIGUES:
         w, x, y, z = quaternion_advanced(rodrigues_quaternion(load3(q, j)), theta)
         store3(out, j, scale(1.0 / w, (x, y, z)))
-    elif b["ball"] == BALL_MODIFIED:
+    elif b["ball"] == at.BALL_MODIFIED:
         p = load3(q, j)
         w, x, y, z = quaternion_advanced(modified_quaternion(p), theta)
         store3(out, j, scale(1.0 / (1.0 + dot(p, p) + w), (x, y, z)))
@@ -149,7 +142,7 @@ def rebase(b: Record, q: Array, pool: Array) -> None:
     j, axes = b["q"] + b["n_slide"], b["axes"] + 3 * b["n_slide"]
     C = product(quaternion_turn(load4(q, b["reference"])), ball_coordinates_turn(b, q, pool))
     store3(q, j, ZERO)
-    if b["ball"] != BALL_RODRIGUES and pool[axes] == pool[axes + 2]:
+    if b["ball"] != at.BALL_RODRIGUES and pool[axes] == pool[axes + 2]:
         q[j + 1] = 0.5 * math.pi
         C = product(C, transpose(angles_turn(intrinsic_angles(b, q, j), load3(pool, axes))))
     store4(q, b["reference"], quaternion_of(C))
@@ -159,9 +152,9 @@ def rebase(b: Record, q: Array, pool: Array) -> None:
 def angle_to_singularity(b: Record, q: Array, pool: Array) -> float:
     """Return the angle that remains to the singularity of a ball's set (see femflex.rotations.singularity_distance)."""
     j = b["q"] + b["n_slide"]
-    if b["ball"] == BALL_RODRIGUES or b["ball"] == BALL_MODIFIED:
+    if b["ball"] == at.BALL_RODRIGUES or b["ball"] == at.BALL_MODIFIED:
         half = math.atan(math.sqrt(dot(load3(q, j), load3(q, j))))
-        return math.pi - 2.0 * half if b["ball"] == BALL_RODRIGUES else 2.0 * math.pi - 4.0 * half
+        return math.pi - 2.0 * half if b["ball"] == at.BALL_RODRIGUES else 2.0 * math.pi - 4.0 * half
     axes = b["axes"] + 3 * b["n_slide"]
     turn = math.sin(q[j + 1]) if pool[axes] == pool[axes + 2] else math.cos(q[j + 1])
     return math.asin(abs(turn))
@@ -170,7 +163,7 @@ def angle_to_singularity(b: Record, q: Array, pool: Array) -> float:
 @inner
 def switch_ball(b: Record, q: Array, pool: Array) -> int:
     """1 after a change of the ball's coordinates, 0 when they are good as they are."""
-    if b["ball"] == BALL_MODIFIED:
+    if b["ball"] == at.BALL_MODIFIED:
         j = b["q"] + b["n_slide"]
         square = dot(load3(q, j), load3(q, j))
         if square > 1.0:
@@ -185,7 +178,7 @@ def switch_ball(b: Record, q: Array, pool: Array) -> int:
 @inner
 def note_smallest_angle(b: Record, t: float, q: Array, pool: Array, work: Array) -> None:
     """Keep the least angle that was left to a ball's singularity, and when."""
-    note = b["work"] + W_NEAR
+    note = b["work"] + at.W_NEAR
     angle = angle_to_singularity(b, q, pool)
     if angle < work[note]:
         work[note], work[note + 1] = angle, t
@@ -198,7 +191,7 @@ def switch(t: float, x: Array, table: Table, pool: Array, work: Array) -> int:
     changed = 0
     for i in range(1, header_of(records)["n_bodies"]):
         b = body_of(records, i)
-        if b["ball"] > BALL_QUATERNION:
+        if b["ball"] > at.BALL_QUATERNION:
             note_smallest_angle(b, t, pointer(x), pointer(pool), pointer(work))
             changed += switch_ball(b, pointer(x), pointer(pool))
     return changed

@@ -12,53 +12,68 @@ moving material is stopped. F pushes the member out; at rest, -F is the tension 
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from femflex.arrays import Array, Table
 from femflex.dynamics.bodies.varying import length_motion
-from femflex.dynamics.constraints.free_lengths import gather_with_lengths, write_unit_blocks
-from femflex.dynamics.joints.prescribed_motion import prescribed_state
+from femflex.dynamics.constraints.free_lengths import add_constraint_work, write_unit_blocks
+from femflex.dynamics.forces.marker_forces import clear_work_per_length
 from femflex.dynamics.layout.records import body_of, header_of
 from femflex.dynamics.observe.row import worded
-from femflex.dynamics.rate.auxiliary_states import copy_auxiliary_states
-from femflex.dynamics.rate.drum_force import change_power, drum_force, exit_density
+from femflex.dynamics.rate.drum_force import call_change_power, call_drum_force, exit_density
 from femflex.kernels.compiled import kernel
-from femflex.kernels.entries import ARRAYS, MATRIX, REAL, VECTOR, VOID
-from femflex.kernels.lanes import offset, pointer
+from femflex.kernels.entries import ARRAYS, MATRIX, REAL, VOID
+from femflex.kernels.lanes import pointer
 from femflex.system import Channel, LengthTable, System
 
-CHANGES = VOID(REAL, VECTOR, VECTOR, VECTOR, MATRIX, *ARRAYS)
-N_CHANGES = 8  # numbers of a body, as `gather_changes` writes them
+if TYPE_CHECKING:
+    from femflex.dynamics.model import Model
+
+PREPARE, CHANGES = VOID(REAL, *ARRAYS), VOID(REAL, MATRIX, *ARRAYS)
+N_CHANGES = 8  # numbers of a body, as `write_changes` writes them
+
+
+@kernel(PREPARE)
+def prepare_lengths(t: float, table: Table, pool: Array, work: Array) -> None:
+    """Before forces are written: write the blocks of unit rates of lengths, and clear the work per length."""
+    write_unit_blocks(t, pointer(table), pointer(pool), pointer(work))
+    clear_work_per_length(pointer(table), pointer(pool))
 
 
 @kernel(CHANGES)
-def gather_changes(
-    t: float, q: Array, u: Array, udot: Array, out: Array, table: Table, pool: Array, work: Array
-) -> None:
+def write_changes(t: float, out: Array, table: Table, pool: Array, work: Array) -> None:
     """out (n_bodies, N_CHANGES): mass, power of the change; length, rate, acceleration, drum force, exit densities.
 
-    Of bodies without a length all numbers after the power are zero, of those with one the power. The last two are kappa
-    and that of a member that is not deflected. Multipliers of constraints and accelerations of free lengths are those
-    of `rate` at the same state. The motion of all bodies and the forces in joints are left in the work array.
+    At the state whose residual was gathered last, after `prepare_lengths`. Of bodies without a length all numbers after
+    the power are zero, of those with one the power. The last two are kappa and that of a member that is not deflected.
     """
     records, numbers, scratch = pointer(table), pointer(pool), pointer(work)
-    x, v, rates, head = pointer(q), pointer(u), pointer(udot), header_of(records)
-    copy_auxiliary_states(v, records, scratch)
-    if head["n_holds"] > 0:
-        x, v = prescribed_state(t, x, v, records, numbers, scratch)
-    write_unit_blocks(t, records, numbers, scratch)
-    gather_with_lengths(t, x, v, rates, offset(scratch, head["moved_u"]), records, numbers, scratch)
+    head = header_of(records)
+    if head["left_out"] == 0:
+        add_constraint_work(records, numbers, scratch)
     for i in range(1, head["n_bodies"]):
         b = body_of(records, i)
         out[i, 0] = numbers[b["mass"]]
         if b["unit"] > 0:
             L, U, acceleration = length_motion(t, b, records, numbers, scratch)
             out[i, 2], out[i, 3], out[i, 4] = L, U, acceleration
-            out[i, 5] = drum_force(i, U, acceleration, records, numbers, scratch)
+            out[i, 5] = call_drum_force(head["drum_force"], i, U, acceleration, records, numbers, scratch)
             if b["flows"] and b["pickup"] > 0:
                 out[i, 6], out[i, 7] = exit_density(b, numbers, scratch), numbers[b["pickup"] + b["unit"] - b["block"]]
         elif b["varies"]:
-            out[i, 1] = change_power(i, records, numbers, scratch)
+            out[i, 1] = call_change_power(head["change_power"], i, records, numbers, scratch)
+
+
+def gather_changes(model: Model, t: float, x: Array, out: Array) -> None:
+    """Write the changes of the bodies at the state x (n_x,) to out; motion and joint forces stay in the work array."""
+    udot = np.array(model.parts(model.state_rate(t, x))[1])
+    prepare_lengths(t, *model.workspace.arrays)
+    with nullcontext() if model.constraints is None or model.reduced else model.constraints.pushed():
+        model.residual(t, x, udot)
+    write_changes(t, out, *model.workspace.arrays)
 
 
 def lengths_of(system: System) -> dict[str, LengthTable]:
@@ -89,7 +104,7 @@ def drum_channels(name: str, table: LengthTable) -> dict[str, Channel]:
 
 
 def drum_values(table: LengthTable, changes: Array) -> list[Array]:
-    """Values (n_t,) of CHANNELS from what `gather_changes` has written of a body, (N_CHANGES, n_t)."""
+    """Values (n_t,) of CHANNELS from what `write_changes` has written of a body, (N_CHANGES, n_t)."""
     _, _, L, U, acceleration, force, kappa, density = changes
     torque = 0.0 * force if table.drum_radius is None else force * table.drum_radius
     return [L, U, acceleration, force, force * U, 0.5 * np.abs(U) ** 3 * kappa, density * U**2, torque]

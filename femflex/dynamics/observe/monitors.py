@@ -8,20 +8,8 @@ from femflex.arrays import Array, Record, Table
 from femflex.dynamics.bodies.varying import shape_motion
 from femflex.dynamics.forces.gravity import Origin, find_center_of_mass, gravity_field, inertia_along
 from femflex.dynamics.joints.motion import spring_energy
-from femflex.dynamics.layout.records import (
-    BALL_QUATERNION,
-    ORBIT_FREE,
-    ORBIT_NONE,
-    W_CIN,
-    W_CPQ,
-    W_OMEGA,
-    W_POS,
-    W_Q,
-    W_S,
-    W_VEL,
-    body_of,
-    header_of,
-)
+from femflex.dynamics.layout import records as at
+from femflex.dynamics.layout.records import body_of, header_of
 from femflex.dynamics.observe.row import ROW
 from femflex.kernels.compiled import inner
 from femflex.kernels.turns import angles_of, quaternion_of
@@ -56,12 +44,12 @@ def observe_energies(q: Array, row: Array, origin: Origin, table: Table, pool: A
     for i in range(1, head["n_bodies"]):
         b = body_of(table, i)
         w = b["work"]
-        C = load9(work, w + W_CIN)
-        m, s = pool[b["mass"]], load3(work, w + W_S)
-        v = sub(load3(work, w + W_VEL), turn(C, drift))
-        o = load3(work, w + W_OMEGA)
+        C = load9(work, w + at.W_CIN)
+        m, s = pool[b["mass"]], load3(work, w + at.W_S)
+        v = sub(load3(work, w + at.W_VEL), turn(C, drift))
+        o = load3(work, w + at.W_OMEGA)
         ds, h, T_e, V_e = shape_motion(b, pool, work)
-        Q = load9(work, w + W_Q)
+        Q = load9(work, w + at.W_Q)
         J_o = sub(scale(Q[0] + Q[4] + Q[8], o), turn(Q, o))
         p = add(scale(m, v), add(cross(o, s), ds))
         H_body = add(cross(s, v), add(J_o, h))  # about the body's origin
@@ -69,11 +57,11 @@ def observe_energies(q: Array, row: Array, origin: Origin, table: Table, pool: A
         elastic += V_e
         spring += spring_energy(b, q, pool, work)
         p_N = turn_back(C, p)
-        r = sub(load3(work, w + W_POS), shift)
+        r = sub(load3(work, w + at.W_POS), shift)
         momentum = add(momentum, p_N)
         spin = add(spin, add(turn_back(C, H_body), cross(r, p_N)))
         center = add(center, add(scale(m, r), turn_back(C, s)))
-        if b["ball"] == BALL_QUATERNION:
+        if b["ball"] == at.BALL_QUATERNION:
             j = b["q"] + b["n_slide"]
             w2, x2, y2, z2 = q[j] * q[j], q[j + 1] * q[j + 1], q[j + 2] * q[j + 2], q[j + 3] * q[j + 3]
             norm = max(norm, abs(math.sqrt(w2 + x2 + y2 + z2) - 1.0))
@@ -105,7 +93,7 @@ def observe_orbit(
     jacobi = 0.0
     for k in range(4):
         row[ROW.attitude + k] = 1.0 if k == 0 else 0.0
-    if head["orbit"] != ORBIT_NONE:
+    if head["orbit"] != at.ORBIT_NONE:
         o, mu, mass = head["orbit_state"], pool[head["orbit_data"]], pool[head["mass"]]
         find_center_of_mass(table, pool, work)
         l, strength = gravity_field(table, pool, work)
@@ -116,7 +104,7 @@ def observe_orbit(
         row[ROW.radius], row[ROW.true_anomaly] = work[o], work[o + 22]
         C_NO = load9(work, o + 4)
         store4(row, ROW.attitude, quaternion_of(C_NO))
-        if head["orbit"] == ORBIT_FREE:
+        if head["orbit"] == at.ORBIT_FREE:
             R_c = add(R, c)
             radius, a0 = math.sqrt(dot(R, R)), math.sqrt(dot(R_c, R_c))
             gravity += mu * mass * dot(c, add(R, R_c)) / (radius * a0 * (radius + a0))
@@ -132,4 +120,4 @@ def observe_orbit(
 @inner
 def observe_angles(b: Record, row: Array, head: Record, pool: Array, work: Array) -> None:
     """Attitude angles of the root joint's marker relative to the base frame, in the reported sequence."""
-    store3(row, ROW.angles, angles_of(load9(work, b["work"] + W_CPQ), load3(pool, head["angle_axes"])))
+    store3(row, ROW.angles, angles_of(load9(work, b["work"] + at.W_CPQ), load3(pool, head["angle_axes"])))

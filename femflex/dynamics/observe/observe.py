@@ -7,21 +7,8 @@ from femflex.dynamics.bodies.shapes import combined, marker_velocity
 from femflex.dynamics.forces.forces import account_of, call_report
 from femflex.dynamics.forces.gravity import Origin, reference_motion
 from femflex.dynamics.joints.prescribed_motion import prescribed_state
-from femflex.dynamics.layout.records import (
-    A_DISSIPATION,
-    A_DRIFT,
-    A_ENERGY,
-    A_SHIFT,
-    A_SUPPLIED,
-    W_CIN,
-    W_OMEGA,
-    W_POS,
-    W_VEL,
-    body_of,
-    header_of,
-    marker_of,
-    term_of,
-)
+from femflex.dynamics.layout import records as at
+from femflex.dynamics.layout.records import body_of, header_of, marker_of, term_of
 from femflex.dynamics.observe.monitors import observe_energies
 from femflex.dynamics.observe.row import BODY_WIDTH, FIXED_WIDTH, IN_BODY, IN_MARKER, MARKER_WIDTH, ROW
 from femflex.dynamics.rate.auxiliary_states import copy_auxiliary_states
@@ -39,9 +26,9 @@ OBSERVE = VOID(VECTOR, MATRIX, MATRIX, *ARRAYS)
 def observe_body(b: Record, row: Array, position: int, shift: Vector, work: Array) -> None:
     """Position, attitude (Euler parameters of C_NB) and rate of one body."""
     w = b["work"]
-    store3(row, position + IN_BODY.position, sub(load3(work, w + W_POS), shift))
-    store4(row, position + IN_BODY.attitude, quaternion_of(transpose(load9(work, w + W_CIN))))
-    store3(row, position + IN_BODY.rate, load3(work, w + W_OMEGA))
+    store3(row, position + IN_BODY.position, sub(load3(work, w + at.W_POS), shift))
+    store4(row, position + IN_BODY.attitude, quaternion_of(transpose(load9(work, w + at.W_CIN))))
+    store3(row, position + IN_BODY.rate, load3(work, w + at.W_OMEGA))
 
 
 @inner
@@ -51,12 +38,12 @@ def observe_marker(
     """Position and velocity of a marker, inertial components, and its deflection, body components."""
     b = body_of(table, m["body"])
     w = b["work"]
-    C = load9(work, w + W_CIN)
+    C = load9(work, w + at.W_CIN)
     u = combined(pool, m["shape"], b["wide"], work, b["delta"])
     du = marker_velocity(pool, m["place"], m["shape"], m["bends"], b, work)
     r = add(load3(pool, m["place"]), u)
-    v = add(load3(work, w + W_VEL), add(cross(load3(work, w + W_OMEGA), r), du))
-    store3(row, position + IN_MARKER.position, sub(add(load3(work, w + W_POS), turn_back(C, r)), origin[0]))
+    v = add(load3(work, w + at.W_VEL), add(cross(load3(work, w + at.W_OMEGA), r), du))
+    store3(row, position + IN_MARKER.position, sub(add(load3(work, w + at.W_POS), turn_back(C, r)), origin[0]))
     store3(row, position + IN_MARKER.velocity, sub(turn_back(C, v), origin[1]))
     store3(row, position + IN_MARKER.deflection, u)
 
@@ -67,17 +54,17 @@ def observe_terms(
 ) -> None:
     """Write the channels of force terms into the row from a position on, energies and powers into its fixed part."""
     head, account = header_of(table), account_of(table, work)
-    store3(account, A_SHIFT, origin[0])
-    store3(account, A_DRIFT, origin[1])
+    store3(account, at.A_SHIFT, origin[0])
+    store3(account, at.A_DRIFT, origin[1])
     for k in range(ROW.spring, FIXED_WIDTH):
         row[k] = 0.0
     for i in range(head["n_terms"]):
         term = term_of(table, i)
-        account[A_ENERGY] = account[A_DISSIPATION] = account[A_SUPPLIED] = 0.0
+        account[at.A_ENERGY] = account[at.A_DISSIPATION] = account[at.A_SUPPLIED] = 0.0
         call_report(term["report"], t, q, u, term["at"], term["n"], offset(row, position), table, pool, work)
-        row[ROW.spring + term["energy"]] += account[A_ENERGY]
-        row[ROW.dissipation] += account[A_DISSIPATION]
-        row[ROW.supplied] += account[A_SUPPLIED]
+        row[ROW.spring + term["energy"]] += account[at.A_ENERGY]
+        row[ROW.dissipation] += account[at.A_DISSIPATION]
+        row[ROW.supplied] += account[at.A_SUPPLIED]
         position += term["reported"]
 
 

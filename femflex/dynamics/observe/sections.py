@@ -14,21 +14,9 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.dynamics.layout import constraint_records as layout
+from femflex.dynamics.layout import records as at
 from femflex.dynamics.layout.constraint_records import closing_record, constraint_records
-from femflex.dynamics.layout.records import (
-    HEADER,
-    N_HEADER,
-    ORBIT_FREE,
-    ORBIT_NONE,
-    W_ACC,
-    W_CIN,
-    W_CIP,
-    W_OMEGA,
-    W_P,
-    W_POS,
-    W_VEL,
-    body_records,
-)
+from femflex.dynamics.layout.records import body_records
 from femflex.dynamics.report import Observation
 from femflex.rotations import dcm_from_quaternion
 from femflex.system import Channel, Effector, Joint, LengthTable, Nonholonomic
@@ -91,8 +79,8 @@ def section_report(
     for child, child_name in zip(records[k + 1 :], model.system.order[k:], strict=True):
         if child["parent"] == k:
             w, joint = int(child["work"]), model.system.joint_of(child_name)
-            C = model.work[w + W_CIP : w + W_CIP + 12].reshape(3, 4)[:, :3]  # parent to child components
-            attached.append((joint.parent_marker, C.T @ model.work[w + W_P : w + W_P + 3]))
+            C = model.work[w + at.W_CIP : w + at.W_CIP + 12].reshape(3, 4)[:, :3]  # parent to child components
+            attached.append((joint.parent_marker, C.T @ model.work[w + at.W_P : w + at.W_P + 3]))
     motion, with_shapes = body_motion(model, k), model.system.varying[model.system.order[k - 1]].whole
     if with_shapes is not None:  # a body without its shapes, whose sections are those of the body that has them
         zeros = np.zeros(1 + with_shapes.n_shapes)
@@ -112,20 +100,20 @@ def body_motion(model: Model, k: int) -> BodyMotion:
         tie = work[int(b["tie"]) : int(b["tie"]) + n_s * row].reshape(n_s, row)[:, :n]
         first = int(b["drift"]) + n
         ddy[1 + n :] = tie @ ddy[1 : 1 + n] + work[first : first + n_s]
-    C, head = work[w + W_CIN : w + W_CIN + 9].reshape(3, 3), model.table[:N_HEADER].view(HEADER)[0]
-    a, gradient = work[w + W_ACC : w + W_ACC + 3].copy(), np.zeros((3, 3))
-    if head["orbit"] == ORBIT_NONE:
+    C, head = work[w + at.W_CIN : w + at.W_CIN + 9].reshape(3, 3), model.table[: at.N_HEADER].view(at.HEADER)[0]
+    a, gradient = work[w + at.W_ACC : w + at.W_ACC + 3].copy(), np.zeros((3, 3))
+    if head["orbit"] == at.ORBIT_NONE:
         a = a - C @ model.system.environment.gravity
     else:
         o, c = int(head["orbit_state"]), work[int(head["total"]) : int(head["total"]) + 6]
-        R = work[o + 13 : o + 16] + (c[:3] if head["orbit"] == ORBIT_FREE else 0.0)
+        R = work[o + 13 : o + 16] + (c[:3] if head["orbit"] == at.ORBIT_FREE else 0.0)
         radius = float(np.linalg.norm(R))
         e = C @ R / radius
         gradient = pool[int(head["orbit_data"])] / radius**3 * (np.eye(3) - 3.0 * np.outer(e, e))
-        a = a + gradient @ (C @ (work[w + W_POS : w + W_POS + 3] - c[:3]))
+        a = a + gradient @ (C @ (work[w + at.W_POS : w + at.W_POS + 3] - c[:3]))
         a = a - C @ c[3:]
-    velocity = work[w + W_VEL : w + W_VEL + 3].copy()
-    alpha, omega = work[w + W_ACC + 4 : w + W_ACC + 7].copy(), work[w + W_OMEGA : w + W_OMEGA + 3].copy()
+    velocity = work[w + at.W_VEL : w + at.W_VEL + 3].copy()
+    alpha, omega = work[w + at.W_ACC + 4 : w + at.W_ACC + 7].copy(), work[w + at.W_OMEGA : w + at.W_OMEGA + 3].copy()
     y, dy = np.concatenate([[1.0], delta]), np.concatenate([[0.0], ddelta])
     return BodyMotion(velocity, a, omega, alpha, gradient, y, dy, ddy)
 

@@ -48,9 +48,7 @@ class Variations(Report):
         changes = np.zeros((len(times), 1 + len(seen.system.order), N_CHANGES))
         sections: dict[str, list[dict[str, Array]]] = {name: [] for name in lengths}
         for j, (t, x) in enumerate(zip(times, seen.states, strict=True)):
-            udot = np.array(model.parts(model.state_rate(float(t), x))[1])
-            q, u = np.ascontiguousarray(x[: model.n_q], float), np.ascontiguousarray(x[model.n_q :], float)
-            gather_changes(float(t), q, u, udot, changes[j], *model.workspace.arrays)
+            gather_changes(model, float(t), x, changes[j])
             for k, name in zip(order, names, strict=True):
                 if name in lengths:
                     at_length = changes[j, k, 2], changes[j, k, 3], changes[j, k, 4]

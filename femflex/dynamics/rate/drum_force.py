@@ -13,23 +13,11 @@ from femflex.dynamics.bodies.inertia import gradient, twist_of
 from femflex.dynamics.bodies.shapes import combined
 from femflex.dynamics.bodies.varying import DRIFT, FLOW, SPEED
 from femflex.dynamics.forces.gravity import gravity_field, local_field
-from femflex.dynamics.layout.records import (
-    ORBIT_NONE,
-    ORBIT_SPECIFIED,
-    VARIES,
-    W_ACC,
-    W_CIN,
-    W_CIP,
-    W_OMEGA,
-    W_P,
-    W_POS,
-    W_R,
-    W_VEL,
-    body_of,
-    header_of,
-)
+from femflex.dynamics.layout import records as at
+from femflex.dynamics.layout.records import body_of, header_of
 from femflex.dynamics.layout.variations import WORKED
 from femflex.kernels.compiled import inner
+from femflex.kernels.entries import INTEGER, POINTERS, REAL, caller, entry
 from femflex.kernels.turns import moving_vector_turn
 from femflex.kernels.vectors import (
     ZERO,
@@ -48,6 +36,9 @@ from femflex.kernels.vectors import (
     turn_back,
 )
 from femflex.system.variation import COLUMNS
+
+DRUM_FORCE, CHANGE_POWER = REAL(INTEGER, REAL, REAL, *POINTERS), REAL(INTEGER, *POINTERS)
+call_drum_force, call_change_power = caller(DRUM_FORCE), caller(CHANGE_POWER)
 
 
 @inner
@@ -81,12 +72,12 @@ def effective_acceleration(b: Record, table: Table, pool: Array, work: Array) ->
     """Acceleration of the body's origin less gravity there, and the gradient F, body components."""
     head, w = header_of(table), b["work"]
     l, strength = ZERO, 0.0
-    if head["orbit"] != ORBIT_NONE:
+    if head["orbit"] != at.ORBIT_NONE:
         l, strength = gravity_field(table, pool, work)
     field, uniform = local_field(b, head, l, strength, pool, work)
-    a = add(load3(work, w + W_ACC), uniform)
-    if head["orbit"] == ORBIT_SPECIFIED:
-        a = sub(a, turn(load9(work, w + W_CIN), load3(work, head["total"] + 3)))
+    a = add(load3(work, w + at.W_ACC), uniform)
+    if head["orbit"] == at.ORBIT_SPECIFIED:
+        a = sub(a, turn(load9(work, w + at.W_CIN), load3(work, head["total"] + 3)))
     return a, field
 
 
@@ -96,7 +87,7 @@ def moving_force(b: Record, shift: int, table: Table, pool: Array, work: Array) 
     n, wide, delta, ddelta, w = b["n_shapes"], b["wide"], b["delta"], b["ddelta"], b["work"]
     rates, accel = b["rates"] + shift, b["accel_all"]
     a, field = effective_acceleration(b, table, pool, work)
-    omega, alpha = load3(work, w + W_OMEGA), load3(work, w + W_ACC + 4)
+    omega, alpha = load3(work, w + at.W_OMEGA), load3(work, w + at.W_ACC + 4)
     drift, flow = load3(pool, rates + DRIFT), load9(pool, rates + FLOW)
     W = gradient(omega, field)
     coriolis, force = ZERO, 0.0
@@ -202,17 +193,17 @@ def strain_force(b: Record, table_start: int, pool: Array, work: Array) -> float
 def joint_forces(i: int, shift: int, table: Table, pool: Array, work: Array) -> float:
     """Force of the joints of body i on the velocities that their markers have in it per rate of the length."""
     b, force = body_of(table, i), 0.0
-    if b["own_bends"] >= VARIES:
-        wrench = load3(work, b["work"] + W_P), load3(work, b["work"] + W_P + 4)
+    if b["own_bends"] >= at.VARIES:
+        wrench = load3(work, b["work"] + at.W_P), load3(work, b["work"] + at.W_P + 4)
         force -= marker_force(b, wrench, ZERO, (b["own_place"], b["own_shape"], b["own_spin"]), shift, pool, work)
     for k in range(i + 1, header_of(table)["n_bodies"]):
         child = body_of(table, k)
-        if child["parent"] == i and child["bends"] >= VARIES:
+        if child["parent"] == i and child["bends"] >= at.VARIES:
             w = child["work"]
-            C = load_rows(work, w + W_CIP)
-            wrench = turn_back(C, load3(work, w + W_P)), turn_back(C, load3(work, w + W_P + 4))
+            C = load_rows(work, w + at.W_CIP)
+            wrench = turn_back(C, load3(work, w + at.W_P)), turn_back(C, load3(work, w + at.W_P + 4))
             marker = child["place"], child["shape"], child["spin"]
-            force += marker_force(b, wrench, load3(work, w + W_R), marker, shift, pool, work)
+            force += marker_force(b, wrench, load3(work, w + at.W_R), marker, shift, pool, work)
     return force
 
 
@@ -243,7 +234,7 @@ def exit_density(b: Record, pool: Array, work: Array) -> float:
     return bilinear_form(pool, pickup + 4, pool[pickup], b, work, b["delta"], 1.0)
 
 
-@inner
+@entry(DRUM_FORCE)
 def drum_force(i: int, rate: float, acceleration: float, table: Table, pool: Array, work: Array) -> float:
     """Force of the drum of body i at the gathered state."""
     b = body_of(table, i)
@@ -260,7 +251,7 @@ def drum_force(i: int, rate: float, acceleration: float, table: Table, pool: Arr
     return force
 
 
-@inner
+@entry(CHANGE_POWER)
 def change_power(i: int, table: Table, pool: Array, work: Array) -> float:
     """Power of the change of body i at the gathered state [W], from its own block."""
     b = body_of(table, i)
@@ -292,8 +283,8 @@ def growth_power(b: Record, g: Vector, pool: Array, work: Array) -> float:
             elastic += 0.5 * work[ddelta + j] * (P_j[0] + P_j[4] + P_j[8]) * work[ddelta + k]
         Q = sum9(sum9(Q, work[delta + k], P), work[delta + k], transpose(P0))
         h = add(h, scale(work[ddelta + k], twist_of(P)))
-    mass, v, omega = pool[start], load3(work, w + W_VEL), load3(work, w + W_OMEGA)
+    mass, v, omega = pool[start], load3(work, w + at.W_VEL), load3(work, w + at.W_OMEGA)
     J_omega = sub(scale(Q[0] + Q[4] + Q[8], omega), turn(Q, omega))
     motion = 0.5 * mass * dot(v, v) + dot(v, add(cross(omega, s), ds)) + 0.5 * dot(omega, J_omega) + dot(omega, h)
-    place = add(scale(mass, load3(work, w + W_POS)), turn_back(load9(work, w + W_CIN), s))
+    place = add(scale(mass, load3(work, w + at.W_POS)), turn_back(load9(work, w + at.W_CIN), s))
     return motion + elastic - dot(g, place)

@@ -11,20 +11,7 @@ from femflex.arrays import Array, Record
 from femflex.dynamics.bodies.shapes import copy_shape_coordinates, markers_motion
 from femflex.dynamics.bodies.slaves import write_marker_columns, write_slaves
 from femflex.dynamics.joints.ball import ball_turn
-from femflex.dynamics.layout.records import (
-    BALL_NONE,
-    BALL_QUATERNION,
-    W_ACC,
-    W_BIAS,
-    W_CIN,
-    W_CIP,
-    W_CPQ,
-    W_H,
-    W_OMEGA,
-    W_POS,
-    W_R,
-    W_VEL,
-)
+from femflex.dynamics.layout import records as at
 from femflex.kernels.compiled import inner
 from femflex.kernels.turns import axis_turn, quaternion_turn
 from femflex.kernels.vectors import (
@@ -58,21 +45,21 @@ def joint_turn(b: Record, q: Array, u: Array, pool: Array, work: Array) -> tuple
     """
     w = b["work"]
     j, v = b["q"] + b["n_slide"], b["u"] + b["n_slide"]
-    if b["ball"] == BALL_NONE:
+    if b["ball"] == at.BALL_NONE:
         C = UNIT
         omega = ZERO
         alpha = ZERO
         for k in range(b["n_turn"]):
             axis = load3(pool, b["axes"] + 3 * (b["n_slide"] + k))
             column = turn(C, axis)
-            store3(work, w + W_H + 8 * (b["n_h"] - b["n_turn"] + k) + 4, column)
+            store3(work, w + at.W_H + 8 * (b["n_h"] - b["n_turn"] + k) + 4, column)
             spin = scale(u[v + k], column)
             alpha = add(alpha, cross(omega, spin))
             omega = add(omega, spin)
             C = product(C, axis_turn(axis, q[j + k]))
         return C, omega, alpha
-    C = quaternion_turn(load4(q, j)) if b["ball"] == BALL_QUATERNION else ball_turn(b, q, pool)
-    first = w + W_H + 8 * (b["n_h"] - 3) + 4
+    C = quaternion_turn(load4(q, j)) if b["ball"] == at.BALL_QUATERNION else ball_turn(b, q, pool)
+    first = w + at.W_H + 8 * (b["n_h"] - 3) + 4
     store3(work, first, (C[0], C[3], C[6]))
     store3(work, first + 8, (C[1], C[4], C[7]))
     store3(work, first + 16, (C[2], C[5], C[8]))
@@ -84,14 +71,14 @@ def place_welded(b: Record, parent: Record, pool: Array, work: Array) -> None:
     """place_body for a body welded to its parent between markers that do not move."""
     w, wp = b["work"], parent["work"]
     C_ip, r = load9(pool, b["welded_at"]), load3(pool, b["welded_at"] + 9)
-    omega_p = load3(work, wp + W_OMEGA)
+    omega_p = load3(work, wp + at.W_OMEGA)
     velocity = cross(omega_p, r)
     a, alpha = cross(omega_p, velocity), ZERO
     if b["parent"] == 0:
-        alpha = load3(work, wp + W_ACC + 4)
-        a = add(a, add(load3(work, wp + W_ACC), cross(alpha, r)))
-    store9(work, w + W_CPQ, UNIT)
-    velocity = turn(C_ip, add(velocity, load3(work, wp + W_VEL)))
+        alpha = load3(work, wp + at.W_ACC + 4)
+        a = add(a, add(load3(work, wp + at.W_ACC), cross(alpha, r)))
+    store9(work, w + at.W_CPQ, UNIT)
+    velocity = turn(C_ip, add(velocity, load3(work, wp + at.W_VEL)))
     write_body_motion(b, parent, work, C_ip, r, turn(C_ip, omega_p), velocity, turn(C_ip, a), turn(C_ip, alpha))
 
 
@@ -105,7 +92,7 @@ def place_body(b: Record, parent: Record, q: Array, u: Array, pool: Array, work:
         place_welded(b, parent, pool, work)
         return
     w, wp = b["work"], parent["work"]
-    omega_p = load3(work, wp + W_OMEGA)
+    omega_p = load3(work, wp + at.W_OMEGA)
 
     # parent's origin -> marker P, parent components
     r_P, C_pP = load3(pool, b["place"]), load9(pool, b["place"] + 3)
@@ -131,7 +118,7 @@ def place_body(b: Record, parent: Record, q: Array, u: Array, pool: Array, work:
 
     # turns: P -> Q
     C_PQ, spin_J, bias_J = joint_turn(b, q, u, pool, work)
-    store9(work, w + W_CPQ, C_PQ)
+    store9(work, w + at.W_CPQ, C_PQ)
     spin_J = turn(C_pP, spin_J)
     alpha = add(alpha, add(turn(C_pP, bias_J), cross(omega, spin_J)))
     omega = add(omega, spin_J)
@@ -153,10 +140,10 @@ def place_body(b: Record, parent: Record, q: Array, u: Array, pool: Array, work:
     a_i = sub(turn(C_ip, a), add(acceleration_Q, lift_Q))
     r = sub(add(r_P, t), turn_back(C_ip, r_Q))
     if b["parent"] == 0:  # the base frame's acceleration is known beforehand
-        alpha_F = load3(work, wp + W_ACC + 4)
-        a_i = add(a_i, turn(C_ip, add(load3(work, wp + W_ACC), cross(alpha_F, r))))
+        alpha_F = load3(work, wp + at.W_ACC + 4)
+        a_i = add(a_i, turn(C_ip, add(load3(work, wp + at.W_ACC), cross(alpha_F, r))))
         alpha_i = add(alpha_i, turn(C_ip, alpha_F))
-    velocity_i = sub(turn(C_ip, add(velocity, load3(work, wp + W_VEL))), add(cross(omega_i, r_Q), v_Q))
+    velocity_i = sub(turn(C_ip, add(velocity, load3(work, wp + at.W_VEL))), add(cross(omega_i, r_Q), v_Q))
 
     write_body_motion(b, parent, work, C_ip, r, omega_i, velocity_i, a_i, alpha_i)
     write_joint_columns(b, C_iP, r_Q, pool, work)
@@ -180,22 +167,22 @@ def write_body_motion(
 ) -> None:
     """Write the result of place_body: r in parent components, the rest in the body's; position and attitude follow."""
     w, wp = b["work"], parent["work"]
-    store_rows(work, w + W_CIP, C_ip)
-    store3(work, w + W_R, r)
-    store3(work, w + W_OMEGA, omega)
-    store3(work, w + W_VEL, velocity)
-    store_lane(work, w + W_BIAS, a)
-    store_lane(work, w + W_BIAS + 4, alpha)
-    C_pN = load9(work, wp + W_CIN)
-    store9(work, w + W_CIN, product(C_ip, C_pN))
-    store3(work, w + W_POS, add(load3(work, wp + W_POS), turn_back(C_pN, r)))
+    store_rows(work, w + at.W_CIP, C_ip)
+    store3(work, w + at.W_R, r)
+    store3(work, w + at.W_OMEGA, omega)
+    store3(work, w + at.W_VEL, velocity)
+    store_lane(work, w + at.W_BIAS, a)
+    store_lane(work, w + at.W_BIAS + 4, alpha)
+    C_pN = load9(work, wp + at.W_CIN)
+    store9(work, w + at.W_CIN, product(C_ip, C_pN))
+    store3(work, w + at.W_POS, add(load3(work, wp + at.W_POS), turn_back(C_pN, r)))
 
 
 @inner
 def write_joint_columns(b: Record, C_iP: Matrix, r_Q: Vector, pool: Array, work: Array) -> None:
     """Columns H (6 each): acceleration of the child's origin and its rate per udot of the joint, child components."""
-    h, n_h = b["work"] + W_H, b["n_h"]
-    n_sliding = n_h - (b["n_turn"] if b["ball"] == BALL_NONE else 3)
+    h, n_h = b["work"] + at.W_H, b["n_h"]
+    n_sliding = n_h - (b["n_turn"] if b["ball"] == at.BALL_NONE else 3)
     for c in range(n_sliding):
         axis = column_of_unit(c) if b["hidden"] else turn(C_iP, load3(pool, b["axes"] + 3 * c))
         store_lane(work, h + 8 * c, axis)
