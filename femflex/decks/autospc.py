@@ -1,4 +1,4 @@
-"""AUTOSPC: supports of the components of nodes that have no stiffness, as Nastran fixes them automatically."""
+"""AUTOSPC: supports of the components of nodes without stiffness: free rotations, and what nothing is connected to."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ import numpy as np
 from scipy import sparse
 
 from femflex.arrays import Array, BoolArray, IntArray
-from femflex.decks.builder import direction_key
 from femflex.decks.deck import AUTOSPC, Deck
 from femflex.decks.findings import BY_MATRICES
 from femflex.fem import Structure, Support
-from femflex.fem.support import GLOBAL
+from femflex.fem.support import COMPONENTS, GLOBAL
 
 MAX_SHOWN = 6  # maximum number of nodes of one kind, and of kinds, listed in a note
 # Stiffness of a component, relative to the largest of its node, below which it is singular (Nastran's EPZERO). The
@@ -26,6 +25,7 @@ MOTION_TOLERANCE = 1e-9  # difference between the motion of a node and that of a
 def with_autospc(deck: Deck) -> Deck:
     """The deck with an active set of supports "autospc" for the components of nodes without stiffness.
 
+    Components are those along the axes of the deck; a note names nodes without stiffness in others, which stay free.
     Returns the deck itself if there are none, or if it cannot become a structure (reported when it is built).
     """
     active = deck.active_supports()
@@ -37,56 +37,58 @@ def with_autospc(deck: Deck) -> Deck:
         return deck
     if not structure.K.diagonal().any():  # a rigid body
         return deck
-    held = structure.constrained_dofs(active)
-    supported = {
-        (int(node), component)
-        for group, support in active.items()
-        if support.axes == GLOBAL
-        for node in deck.mesh.group_points(group)
-        for component in support.components
-    }
-    groups, supports = dict[str, IntArray](), dict[str, Support]()
     points = np.array(sorted(deck.points_of_ids.values()), np.int64)
-    for k, (nodes, support) in enumerate(_singular_components(structure, points), 1):
-        if support.axes == GLOBAL:
-            nodes = nodes[[any((int(n), c) not in supported for c in support.components) for n in nodes]]
-        if len(nodes):
-            groups[f"{AUTOSPC}-{k}"], supports[f"{AUTOSPC}-{k}"] = nodes, support
-    notes = _notes(deck, groups, supports) + _notes_on_loose(deck, structure, held, [*groups.values()])
-    if not supports:
+    held = _held(deck, active, structure.translation.shape[0] // 3)
+    nodes_by_components: dict[tuple[str, ...], list[int]] = {}
+    askew = set[int]()
+    free, tilted = _without_stiffness(structure, points, held)
+    for node, components, is_tilted in zip(points.tolist(), free[points], tilted[points], strict=True):
+        if (components & ~held[node]).any():
+            words = tuple(word for word, flag in zip(COMPONENTS, components, strict=True) if flag)
+            nodes_by_components.setdefault(words, []).append(node)
+        if is_tilted:
+            askew.add(node)
+    notes = _notes(deck, nodes_by_components, askew)
+    if not nodes_by_components:
         return replace(deck, notes=(*deck.notes, *notes))
+    groups = {f"{AUTOSPC}-{k}": np.array(nodes) for k, nodes in enumerate(nodes_by_components.values(), 1)}
+    supports = {f"{AUTOSPC}-{k}": Support(words) for k, words in enumerate(nodes_by_components, 1)}
     return replace(
         deck, mesh=deck.mesh.with_groups(points=groups), supports={**deck.supports, AUTOSPC: supports},
         default_supports=(*deck.default_supports, AUTOSPC), notes=(*deck.notes, *notes),
     )  # fmt: skip
 
 
-def _notes(deck: Deck, groups: dict[str, IntArray], supports: dict[str, Support]) -> list[str]:
-    """A note, if any, on the supports, with the first MAX_SHOWN components and numbers of nodes."""
+def _held(deck: Deck, active: dict[str, Support], n_points: int) -> BoolArray:
+    """Mask (n_points, 6) of the components along the axes of the deck that supports hold."""
+    held = np.zeros((n_points, 6), bool)
+    for group, support in active.items():
+        if support.axes == GLOBAL:
+            for component in support.components:
+                held[deck.mesh.group_points(group), COMPONENTS.index(component)] = True
+    return held
+
+
+def _notes(deck: Deck, nodes_by_components: dict[tuple[str, ...], list[int]], askew: set[int]) -> list[str]:
+    """Notes on what is fixed, with the first MAX_SHOWN components and numbers of nodes, and on what is not."""
     number_of_point = {row: number for number, row in deck.points_of_ids.items()}
-    texts = []
-    for name, support in supports.items():
-        ids = sorted(number_of_point[int(node)] for node in groups[name])
-        words = ", ".join(support.components) + ("" if support.axes == GLOBAL else " of skew axes")
-        texts.append(f"{words} at node{'s' if len(ids) > 1 else ''} {_first_texts(list(map(str, ids)))}")
-    count = sum(len(support.components) * len(groups[name]) for name, support in supports.items())
-    return [
-        f"{count} components of nodes have no stiffness and are fixed (as by AUTOSPC; set of supports {AUTOSPC!r}): "
-        f"{_first_texts(texts, '; ', ' groups')}; if they shall move, connect these nodes by elements that resist there"
-    ] * bool(texts)
-
-
-def _notes_on_loose(deck: Deck, structure: Structure, held: IntArray, fixed: list[IntArray]) -> list[str]:
-    """A note, if any, on dofs without stiffness that are neither held (their numbers) nor at fixed nodes."""
-    loose = np.setdiff1d(np.flatnonzero(structure.K.diagonal() == 0), held)
-    motion = abs(structure.translation[:, loose]) + abs(structure.rotation[:, loose])
-    nodes = np.setdiff1d(motion.tocoo().coords[0] // 3, np.concatenate([np.zeros(0, np.int64), *fixed]))
-    loose_nodes = set(nodes.tolist())
-    names = [name for point, name in deck.point_names().items() if point in loose_nodes]
-    return [
-        f"no stiffness at {_first_texts(names)} in a direction beside one that a connection ties, askew to the axes "
-        f"of the deck; it is not fixed as by AUTOSPC. Support it, or {BY_MATRICES}"
-    ] * bool(names)
+    texts, notes, count = [], [], 0
+    for words, nodes in nodes_by_components.items():
+        ids = sorted(number_of_point[node] for node in nodes)
+        texts.append(f"{', '.join(words)} at node{'s' if len(ids) > 1 else ''} {_first_texts(list(map(str, ids)))}")
+        count += len(words) * len(nodes)
+    if texts:
+        notes.append(
+            f"{count} components of nodes have no stiffness and are fixed (as by AUTOSPC; set of supports "
+            f"{AUTOSPC!r}): {_first_texts(texts, '; ', ' groups')}; if they shall move, connect these nodes by "
+            "elements that resist there"
+        )
+    if names := [name for point, name in deck.point_names().items() if point in askew]:
+        notes.append(
+            f"no stiffness at {_first_texts(names)} in a direction askew to the axes of the deck; it is not fixed as "
+            f"by AUTOSPC. Support it, or {BY_MATRICES}"
+        )
+    return notes
 
 
 def _first_texts(texts: list[str], separator: str = ", ", what: str = "") -> str:
@@ -95,56 +97,39 @@ def _first_texts(texts: list[str], separator: str = ", ", what: str = "") -> str
     return separator.join(texts[:MAX_SHOWN]) + (more if len(texts) > MAX_SHOWN else "")
 
 
-def _singular_components(structure: Structure, points: IntArray) -> list[tuple[IntArray, Support]]:
-    """Nodes (k,) among `points` (n,) with the components that have no stiffness, as supports.
+def _without_stiffness(structure: Structure, points: IntArray, held: BoolArray) -> tuple[BoolArray, BoolArray]:
+    """Masks (n, 6) of the components that nothing resists, and (n,) of nodes free in a direction askew to the axes.
 
     Nodes are examined one by one, as in Nastran, by the 3 x 3 stiffness of their displacement and of their rotation.
-    Components along the mesh's axes that depend on other nodes through connections count as stiff.
+    Components that depend on other nodes through connections, and those that are held, count as stiff.
     """
-    nodes_by_key: dict[tuple[float, ...], list[int]] = {}
-    supports: dict[tuple[float, ...], Support] = {}
+    free, askew = np.zeros(held.shape, bool), np.zeros(len(held), bool)
     for kind, rows in enumerate((structure.translation, structure.rotation)):
-        block, independent = _blocks(structure.K, rows)
-        nodes = points[independent[points].any(axis=1)]
-        if not len(nodes):
-            continue
-        largest_entry = float(np.abs(block[nodes]).max(initial=0.0))
-        for a in range(3):
-            dependent = nodes[~independent[nodes, a]]
-            block[dependent, a] = block[dependent, :, a] = 0.0
-            block[dependent, a, a] = np.maximum(
-                np.abs(block[dependent]).max(axis=(1, 2)), max(largest_entry, 1.0) * 1e-12
-            )
-        value, vectors = np.linalg.eigh(block[nodes])
-        largest = value[:, 2]
-        median = float(np.median(largest[largest > 0])) if largest.any() else 0.0
+        part = slice(3 * kind, 3 * kind + 3)
+        block, motion = _blocks(structure.K, rows)
+        independent = np.abs(motion - np.eye(3)).max(axis=2) < MOTION_TOLERANCE
+        stiffness = np.abs(block).max(axis=2)
+        largest = stiffness.max(axis=1)
+        some = largest[points][largest[points] > 0]
+        median = float(np.median(some)) if len(some) else 0.0
         # so that a rigid link makes no other node singular
         threshold = np.maximum(RATIO * np.minimum(largest, median), ROUNDING * largest)
-        is_singular = value <= np.maximum(threshold[:, None], RATIO * np.finfo(float).tiny)
-        is_singular |= (largest <= 1e-14 * largest_entry)[:, None]
-        for node, singular, axes in zip(nodes, is_singular, vectors.swapaxes(1, 2), strict=True):
-            if not singular.any():
-                continue
-            P = axes[singular].T @ axes[singular]
-            if np.abs(P - np.diag(np.round(np.diag(P)))).max() < 1e-6:  # along the mesh's axes
-                axes, singular = np.eye(3), np.diag(P) > 0.5
-            elif np.linalg.det(axes) < 0:
-                axes = axes * np.array([[1.0], [1.0], [-1.0]])
-            words = tuple(word for word, flag in zip(("x", "y", "z"), singular, strict=True) if flag)
-            words = tuple("r" + word for word in words) if kind else words
-            key = (float(kind), *(float(flag) for flag in singular), *direction_key(axes.ravel(), 6))
-            supports[key] = Support(words, tuple(map(tuple, axes.tolist())))
-            nodes_by_key.setdefault(key, []).append(int(node))
-    return [(np.array(nodes), supports[key]) for key, nodes in nodes_by_key.items()]
+        threshold = np.maximum(threshold, 1e-14 * largest.max(initial=0.0))
+        free[:, part] = independent & (stiffness <= threshold[:, None])
+        moving = (motion.diagonal(axis1=1, axis2=2) > MOTION_TOLERANCE) & ~free[:, part] & ~held[:, part]
+        rest = block * moving[:, None, :] * moving[:, :, None]
+        rest[:, range(3), range(3)] += ~moving * (1.0 + largest)[:, None]
+        askew |= moving.any(axis=1) & (np.linalg.eigvalsh(rest)[:, 0] <= threshold)
+    return free, askew
 
 
-def _blocks(K: sparse.csr_array, rows: sparse.csr_array) -> tuple[Array, BoolArray]:
-    """Stiffness (n, 3, 3) of nodes in their three components, and a mask (n, 3) of those that are independent dofs."""
+def _blocks(K: sparse.csr_array, rows: sparse.csr_array) -> tuple[Array, Array]:
+    """Stiffness (n, 3, 3) of nodes in their three components, and products (n, 3, 3) of their motions by the dofs."""
     n = rows.shape[0] // 3
     forces = (rows @ K).tocsr()
-    block, gram = np.zeros((n, 3, 3)), np.zeros((n, 3, 3))
+    block, motion = np.zeros((n, 3, 3)), np.zeros((n, 3, 3))
     for a in range(3):
         for b in range(3):
             block[:, a, b] = np.asarray(forces[a::3].multiply(rows[b::3]).sum(axis=1)).ravel()
-            gram[:, a, b] = np.asarray(rows[a::3].multiply(rows[b::3]).sum(axis=1)).ravel()
-    return (block + block.swapaxes(1, 2)) / 2, np.abs(gram - np.eye(3)).max(axis=2) < MOTION_TOLERANCE
+            motion[:, a, b] = np.asarray(rows[a::3].multiply(rows[b::3]).sum(axis=1)).ravel()
+    return (block + block.swapaxes(1, 2)) / 2, motion

@@ -15,7 +15,6 @@ from femflex.decks.units import Units
 from femflex.fem import Bushing, Member, PointMass, ScalarSpring, Structure, Support, build_structure
 from femflex.fem.connections.connection import Connection
 from femflex.fem.static_loads import StaticLoads
-from femflex.fem.support import GLOBAL
 from femflex.mesh import Mesh
 
 SupportSet = Mapping[str, Support]  # group -> its support
@@ -110,10 +109,8 @@ class Deck:
         return replace(built, unresisted=self.autospc_dofs(built), point_names=self.point_names())
 
     def autospc_dofs(self, structure: Structure) -> IntArray:
-        """Numbers (k,) of the dofs of its Structure that autospc supports fix, except those along skew axes."""
-        supports = {
-            group: support for group, support in self.supports.get(AUTOSPC, {}).items() if support.axes == GLOBAL
-        }
+        """Numbers (k,) of the dofs of its Structure that autospc supports fix."""
+        supports = self.supports.get(AUTOSPC, {})
         return structure.constrained_dofs(supports) if supports else np.zeros(0, np.int64)
 
     def point_names(self) -> dict[int, str]:

@@ -173,27 +173,6 @@ def test_autospc_completes_supports(tmp_path):
     assert supported_components(deck) == {1: "123", 2: "23"} and supported_components(deck, ["autospc"]) == {2: "23"}
 
 
-def spokes(n: int, turn: float = 0.0) -> list[str]:
-    """Rods of 1 m from held grids, each free at its other end, along x or turned about z and y."""
-    a, b = np.cos(turn), np.sin(turn)
-    cards = []
-    for k in range(n):
-        cards += [f"GRID,{2 * k + 1},,0.,{3.0 * k},0.", f"GRID,{2 * k + 2},,{a * a},{3.0 * k + a * b},{b}"]
-        cards += [f"CROD,{k + 1},3,{2 * k + 1},{2 * k + 2}"]
-    return [*cards, "PROD,3,1,1.-4", STEEL, "SPC1,1,123," + ",".join(str(2 * k + 1) for k in range(min(n, 6)))]
-
-
-def test_autospc_across_skew_rod(tmp_path):
-    deck = read_deck_of_cards(tmp_path, *spokes(1, 0.6))
-    (support,) = deck.supports["autospc"].values()
-    axes = np.asarray(support.axes)
-    a, b = np.cos(0.6), np.sin(0.6)
-    rod = np.array([a * a, a * b, b])
-    loose = [axes[("x", "y", "z").index(c)] for c in support.components]
-    assert len(loose) == 2 and np.abs(np.array(loose) @ rod).max() < 1e-6
-    assert np.linalg.det(axes) == pytest.approx(1.0)
-
-
 def test_autospc_with_a_dependent_component(tmp_path):
     """Grid 15 follows the tip of a beam along y, a rod holds it along z, and nothing along x."""
     cards = ["GRID,15,,2.5,.3,0.", "GRID,16,,2.5,.3,1."]
