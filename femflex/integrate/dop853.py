@@ -10,12 +10,11 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.integrate.dop853_kernel import N_SCRATCH, N_STAGES, fill
 from femflex.integrate.driver import Adaptive, Fill
-from femflex.integrate.first_step import first_step
+from femflex.integrate.first_step import first_step, switch_of
 from femflex.integrate.intervals import Span
 from femflex.integrate.projection import projection_of
 from femflex.integrate.protocol import Model
 from femflex.integrate.register import INTEGRATORS
-from femflex.integrate.switching import switch_of
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,11 +1,12 @@
-"""The automatic first step of an adaptive method."""
+"""How an adaptive method begins: its automatic first step, and the call for a change of coordinates between steps."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from femflex.arrays import Array
-from femflex.integrate.protocol import Model
+from femflex.arrays import Array, IntArray
+from femflex.integrate.compiled import kernel
+from femflex.integrate.protocol import SWITCH, Call, Model
 
 
 def set_rate(model: Model, t: float, x: Array, out: Array, span: tuple[float, float, float]) -> None:
@@ -37,3 +38,14 @@ def first_step(
 def norm(v: Array) -> float:
     """Root mean square of v."""
     return float(np.sqrt(np.mean(v**2))) if v.size else 0.0
+
+
+@kernel(SWITCH)
+def no_switch(t: float, x: Array, table: IntArray, pool: Array, work: Array) -> int:
+    """Number 0 of changes."""
+    return 0
+
+
+def switch_of(model: Model) -> Call:
+    """The model's call for a change of coordinates, or `no_switch`."""
+    return no_switch if model.switch is None else model.switch

@@ -25,7 +25,7 @@ from femflex.advice.buckling.margin import (
     unassessed_bodies,
 )
 from femflex.advice.curved import shape_notes
-from femflex.advice.limits import LARGE_DISPLACEMENT
+from femflex.advice.limits import LARGE_DISPLACEMENT, MOST_CALLS
 from femflex.advice.model_warnings import model_warnings
 from femflex.advice.motion_estimate import MotionEstimate, RigidEstimate, estimate_motion, estimate_rigid_motion
 from femflex.advice.strain import strain_advice
@@ -49,7 +49,6 @@ from femflex.case.body import Strain
 from femflex.case.case import Case
 from femflex.dynamics.linear.elastic_motion import ElasticResponse
 from femflex.noun.problems import CaseError, Problem
-from femflex.pipeline.periods import check_periods
 from femflex.pipeline.references import duration_of
 from femflex.pipeline.start import system_of
 from femflex.reduction.origin import Origin
@@ -342,3 +341,15 @@ def _error_of(case: Case, name: str) -> str:
     except CaseError as error:
         return error.problems[0].text.partition("\n")[0].rstrip(".")
     return ""
+
+
+def check_periods(system: System, duration: float) -> None:
+    """Raise ValueError for a controller that a run of that duration [s] would call too often."""
+    for controller in system.controllers:
+        calls = duration / controller.period
+        if calls > MOST_CALLS:
+            raise ValueError(
+                f"controller {controller.name!r} has a period of {controller.period:g} s, so a run of {duration:g} s "
+                f"would call it {calls:.3g} times; the most is {MOST_CALLS:g}. Lengthen the period, shorten the run, "
+                "or run the controller continuously"
+            )

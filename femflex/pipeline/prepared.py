@@ -93,9 +93,8 @@ def prepare(
     from femflex.integrate import dop853_kernel
     from femflex.kernels.compiled import compile_ahead
     from femflex.pipeline.compiled import compiled
-    from femflex.pipeline.decisions import refuse_rotation_without_inertia, resolve_choices
+    from femflex.pipeline.decisions import check_periods, refuse_rotation_without_inertia, resolve_choices
     from femflex.pipeline.integrator import case_integrator
-    from femflex.pipeline.periods import check_periods
     from femflex.pipeline.references import duration_of
     from femflex.pipeline.resumed import check_same_effectors, check_same_model, check_same_times, integrator_of
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from femflex.arrays import Array
@@ -43,3 +44,32 @@ class NastranModel(DeckModel):
         """Record that a card makes components of a grid dependent; add a problem and return False if they already
         are."""
         return self.make_dependent(grid, components, f"grid {grid}", str(card), card.location, f" ({card.location})")
+
+
+def with_middles(
+    model: NastranModel, corners: Sequence[int], middles: Sequence[int], card: Card,
+    edges: Sequence[tuple[int, int]] = (),
+) -> list[int]:  # fmt: skip
+    """Rows of the points of middle nodes; missing ones (0) are added at the middle of their edges, once per edge.
+
+    edges  indices in `corners` of the ends of each edge; by default the edges around a surface
+    """
+    n = len(corners)
+    ends = edges or [(k, (k + 1) % n) for k in range(n)]
+    rows, missing = [], 0
+    for (a, b), grid in zip(ends, middles, strict=True):
+        if grid:
+            rows.append(model.row(grid))
+            continue
+        missing += 1
+        pair = (min(corners[a], corners[b]), max(corners[a], corners[b]))
+        if pair not in model.middles:
+            model.middles[pair] = model.build.point((model.grids[pair[0]].position + model.grids[pair[1]].position) / 2)
+        rows.append(model.middles[pair])
+    if missing and card.name not in model.incomplete:
+        model.incomplete.add(card.name)
+        model.bulk.findings.note(
+            f"{card} and other {card.name} leave out some of their middle nodes; these are put in the middle of the "
+            "edges"
+        )
+    return rows

@@ -10,8 +10,7 @@ from femflex.arrays import Array
 from femflex.decks.builder import direction_key
 from femflex.decks.model import MAX_TRIANGLE_SHARE
 from femflex.decks.nastran.card import Card
-from femflex.decks.nastran.middle_nodes import with_middles
-from femflex.decks.nastran.model import NastranModel
+from femflex.decks.nastran.model import NastranModel, with_middles
 from femflex.decks.nastran.shell_kinds import KINDS, Kind
 from femflex.decks.nastran.shell_properties import ShellProperties, ShellProperty
 from femflex.fem.plate.frames import same_side

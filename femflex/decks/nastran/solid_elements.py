@@ -12,8 +12,7 @@ from femflex.decks.builder import direction_key
 from femflex.decks.findings import BY_MATRICES
 from femflex.decks.nastran.by_number import ByNumber
 from femflex.decks.nastran.card import Card
-from femflex.decks.nastran.middle_nodes import with_middles
-from femflex.decks.nastran.model import NastranModel
+from femflex.decks.nastran.model import NastranModel, with_middles
 from femflex.fem.sections.materials import Anisotropic, Material
 
 Edges = Sequence[tuple[int, int]]

@@ -16,8 +16,15 @@ import numpy as np
 from scipy import sparse
 
 from femflex.arrays import Array, IntArray
-from femflex.fem.assembly.connections import Connections, find_connections_by_layer
-from femflex.fem.assembly.pattern import ElementMatrices, Pattern, expand_offsets, find_runs, pattern
+from femflex.fem.assembly.pattern import (
+    Connections,
+    ElementMatrices,
+    Pattern,
+    expand_offsets,
+    find_connections_by_layer,
+    find_runs,
+    pattern,
+)
 
 CHUNK_ENTRIES = 400_000  # entries of element matrices made at once: small enough to stay in cache (3 MB)
 MOST = 0.5  # share of elements that rotate a node in a plane, above which its columns are transformed per element

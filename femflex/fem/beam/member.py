@@ -18,9 +18,10 @@ from femflex.fem.beam.shapes import NODAL, BeamOrder
 from femflex.fem.beam.skin import swept_outline
 from femflex.fem.beam.strain import beam_strain, shear_strain
 from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
-from femflex.fem.limits import CURVED_CELL, SLENDER_BEAM
-from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_excess, arc_length, element_frames, straight_elements
+from femflex.fem.limits import SLENDER_BEAM
+from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_length, element_frames, straight_elements
 from femflex.fem.line.section_points import section_points
+from femflex.fem.mesh_warnings import warn_of_curved_beam
 from femflex.fem.option import Option, Options, member_options
 from femflex.fem.sections.section import Resultants, Shape
 from femflex.fem.support import COMPONENTS
@@ -142,7 +143,7 @@ def _elements(mesh: Mesh, member: Member, numbering: Numbering, options: dict[st
     nodes = straight_elements(cells)
     start, end = mesh.points[nodes[:, 0]], mesh.points[nodes[:, 1]]
     length, frame = element_frames(start, end, options["orientation"], member.group)
-    _warn_if_curved(mesh, member, cells)
+    warn_of_curved_beam(mesh, member.group, cells)
     if member.section.varies:
         arc = arc_length(mesh, nodes, member.group, options["start"])
     else:
@@ -232,24 +233,6 @@ def _checked_options(options: dict[str, Any], member: Member) -> dict[str, Any]:
         if orientation.shape != (3,) or not np.isfinite(orientation).all() or not orientation.any():
             raise ValueError(f"{where} has orientation {orientation.tolist()}; give three components, not all zero")
     return {**options, **fields, "orientation": orientation}
-
-
-def _warn_if_curved(mesh: Mesh, member: Member, cells: dict[str, IntArray]) -> None:
-    line3 = cells.get("line3")
-    excess = 0.0 if line3 is None else arc_excess(mesh.points, line3)
-    if excess > CURVED_CELL:
-        warnings.warn(
-            PhysicsWarning(
-                "beam group {body_or_joint!r} has curved line3 cells, each taken as two straight elements: they are "
-                "{value:.1%} shorter than the arcs through their nodes (limit {limit:.1%}), and their mass and "
-                "flexibility are too small.",
-                body_or_joint=member.group,
-                value=excess,
-                limit=CURVED_CELL,
-                remedy="Mesh the curve with smaller cells",
-            ),
-            stacklevel=6,
-        )
 
 
 def _warn_if_stout(rho: Array, gyration: float, member: Member) -> None:

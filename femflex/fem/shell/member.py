@@ -15,13 +15,13 @@ from skfem.refdom import RefTri
 from femflex.arrays import Array, BoolArray, IntArray
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
-from femflex.fem.limits import CONSTANT_STRAIN_SHARE, FOLDED_SHELL, WARPED_SHELL
+from femflex.fem.limits import FOLDED_SHELL, WARPED_SHELL
+from femflex.fem.mesh_warnings import element_text, warn_if_coarse, warn_of_constant_strain, warn_of_trapezoids
 from femflex.fem.option import Option, Options, member_options
 from femflex.fem.plate.dof_map import member_section
 from femflex.fem.plate.elastic import OPTIONS as PLATE_OPTIONS
 from femflex.fem.sections.laminates import PlateSection
 from femflex.fem.shell.blocks import ALL_ELEMENTS, ShellInertia, ShellStrain, strain_maps
-from femflex.fem.shell.coarse import warn_if_coarse, warn_of_trapezoids
 from femflex.fem.shell.directors import directors, normals_at_nodes
 from femflex.fem.shell.fields import ShellGeometry, areas, gradient_rows
 from femflex.fem.shell.surface import move_onto_surfaces, normals, shell_skin
@@ -111,7 +111,7 @@ def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     cells = member_cells(mesh, member, CELLS)
     for name, nodes in cells.items():
         _check_shapes(name, mesh.points[nodes], where)
-    _warn_of_constant_strain(mesh.points, cells, where)
+    warn_of_constant_strain(mesh.points, cells, where)
     angle = options["fold_angle"]
     if not isinstance(angle, int | float | np.floating) or not 0 < angle < np.pi / 2:
         raise ValueError(f"{where} has fold_angle {angle!r}; give an angle between 0 and pi/2 (90 deg)")
@@ -271,7 +271,7 @@ def _check_shapes(name: str, x: Array, where: str) -> None:
     if flat.any():
         raise ValueError(
             f"{where}: {int(flat.sum())} of {len(x)} {name} elements have a corner without area, the first is "
-            f"{_element_text(np.argmax(flat), x)}; repair the mesh"
+            f"{element_text(np.argmax(flat), x)}; repair the mesh"
         )
     if name != "quad":
         return
@@ -283,7 +283,7 @@ def _check_shapes(name: str, x: Array, where: str) -> None:
         raise ValueError(
             f"{where}: {int((angle > FOLDED_SHELL).sum())} of {len(x)} quadrilaterals are warped by over "
             f"{FOLDED_SHELL:g} deg, or their sides cross; the worst, by {angle[worst]:.3g} deg, is "
-            f"{_element_text(worst, x)}; correct the order of nodes, or cut them into triangles"
+            f"{element_text(worst, x)}; correct the order of nodes, or cut them into triangles"
         )
     if angle[worst] > WARPED_SHELL:
         warnings.warn(
@@ -296,32 +296,7 @@ def _check_shapes(name: str, x: Array, where: str) -> None:
                 remedy="mesh finer there, or use eight-node elements",
                 warped=int((angle > WARPED_SHELL).sum()),
                 count=len(x),
-                worst=_element_text(worst, x),
-            ),
-            stacklevel=5,
-        )
-
-
-def _element_text(element: int | np.intp, x: Array) -> str:
-    return f"element {element} at ({', '.join(f'{c:.6g}' for c in x[element].mean(axis=0))}) m"
-
-
-def _warn_of_constant_strain(points: Array, cells: dict[str, IntArray], where: str) -> None:
-    area = {
-        name: np.linalg.norm(normals_at_nodes(name, points[nodes]), axis=2).mean(axis=1).sum()
-        / (2 if "triangle" in name else 1)
-        for name, nodes in cells.items()
-    }
-    share = area.get("triangle", 0.0) / sum(area.values())
-    if share > CONSTANT_STRAIN_SHARE:
-        warnings.warn(
-            PhysicsWarning(
-                "{body_or_joint}: {value:.0%} of its area is three-node triangles (limit {limit:.0%}), whose membrane "
-                "strain is constant and converges slowly.",
-                body_or_joint=where,
-                value=share,
-                limit=CONSTANT_STRAIN_SHARE,
-                remedy="Use family = 'plate' for meshes of triangles, or six-node ones",
+                worst=element_text(worst, x),
             ),
             stacklevel=5,
         )

@@ -17,18 +17,18 @@ from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, SkinPart, StrainPlaces, family, member_cells
 from femflex.fem.limits import MISPLACED_NODE
-from femflex.fem.option import Option, Options, member_options
-from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
-from femflex.fem.solid.blocks import Enhanced, SolidInertia, SolidStrain, enhanced_strains, strain_maps
-from femflex.fem.solid.elastic import elasticity, material_axes
-from femflex.fem.solid.locking import (
+from femflex.fem.mesh_warnings import (
     warn_of_curved,
     warn_of_first_order,
     warn_of_incompressible,
     warn_of_tapered,
-    with_reduced_volume_points,
 )
+from femflex.fem.option import Option, Options, member_options
+from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
+from femflex.fem.solid.blocks import Enhanced, SolidInertia, SolidStrain, enhanced_strains, strain_maps
+from femflex.fem.solid.elastic import elasticity, material_axes
 from femflex.fem.solid.rules import CELLS, REDUCED, mass_rule, strain_rule
+from femflex.fem.solid.volume import with_reduced_volume_points
 from femflex.mesh.cells import CELL_TYPES, FACES
 from femflex.mesh.second_order import SECOND_ORDER, raise_order
 
