@@ -1,4 +1,4 @@
-"""Axial force in deploying beams along a run, and the change of their bending stiffness.
+"""Axial force in deploying members along a run: the bending stiffness of beams, and where tethers go slack.
 
 The force N(s) at the stations of a member changes the stiffness of its bend w = 1 - cos(pi s / 2 L) by
 

@@ -9,8 +9,7 @@ import numpy as np
 
 from femflex.arrays import Array, IntArray
 from femflex.body.marker import Marker
-from femflex.body.mass_points import MassPoints
-from femflex.body.moments import MassMoments
+from femflex.body.moments import MassMoments, MassPoints
 from femflex.body.patches import Patches
 from femflex.body.skin import Skin
 from femflex.body.strain import StrainTensors

@@ -188,7 +188,7 @@ def _channels_text(file: Path) -> str:
     from femflex.pipeline.compiled import compiled
     from femflex.pipeline.decisions import resolve_choices
     from femflex.pipeline.recovery_channels import recovery_channels
-    from femflex.results.outline import channel_lines
+    from femflex.results.layout import channel_lines
 
     case = read_case(file)
     with warnings.catch_warnings():

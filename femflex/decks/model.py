@@ -18,7 +18,7 @@ from femflex.decks.units import Units
 from femflex.fem import Bushing, Member, MultiPointConstraint, PointMass, Rigid, ScalarSpring, Support
 from femflex.fem.connections.connection import Connection
 from femflex.fem.support import COMPONENTS, Rows
-from femflex.mesh.orientation import reorient_solids
+from femflex.mesh.check import reorient_solids
 
 NODE_MEMBERS = {"lone_nodes": False, "lone_nodes_turning": True}  # group -> whether its nodes have rotations
 Components = tuple[int, ...]  # 1 to 6

@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 from femflex.arrays import Array
 from femflex.deployment.series import Series
 from femflex.deployment.shapes import Drawing, MemberShapes, quadrilateral_grid, without_rounding
-from femflex.fem.line.chain import element_frames
-from femflex.fem.line.section_points import section_points
+from femflex.fem.line.chain import element_frames, section_points
 from femflex.reduction.beams.beam_functions import axial_characteristic, polynomials
 from femflex.reduction.beams.beam_strain import pairs, weighted_square
 from femflex.reduction.strain.tensors import packed_quartic

@@ -1,4 +1,4 @@
-"""Springs and bushings inside a structure: elastic connections of two nodes, or of a node and the body frame."""
+"""Springs and bushings inside a structure: between two nodes, to the body frame, or on sums of components."""
 
 from __future__ import annotations
 

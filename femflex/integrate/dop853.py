@@ -12,9 +12,9 @@ from femflex.integrate.dop853_kernel import N_SCRATCH, N_STAGES, fill
 from femflex.integrate.driver import Adaptive, Fill
 from femflex.integrate.first_step import first_step, switch_of
 from femflex.integrate.intervals import Span
-from femflex.integrate.projection import projection_of
 from femflex.integrate.protocol import Model
 from femflex.integrate.register import INTEGRATORS
+from femflex.integrate.vectors import projection_of
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,6 @@ from femflex.arrays import Array, IntArray
 from femflex.integrate import resume as head
 from femflex.integrate.compiled import ENDED, INDICES, INTEGER, REAL, SPAN, TABLE, VECTOR, kernel, part, summing, types
 from femflex.integrate.dop853_table import A, C, D, E
-from femflex.integrate.projection import PROJECTION, Projection
 from femflex.integrate.protocol import MODEL_ARRAYS, RATE, SWITCH, Call, ModelArrays
 from femflex.integrate.step_control import (
     FILTERED,
@@ -26,7 +25,7 @@ from femflex.integrate.step_control import (
     shortened_step,
     step_status,
 )
-from femflex.integrate.vectors import clipped, copy_vector, first_not_finite, normalise
+from femflex.integrate.vectors import PROJECTION, Projection, clipped, copy_vector, first_not_finite, normalise
 
 Span = tuple[float, float, float]
 

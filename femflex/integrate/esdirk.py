@@ -13,9 +13,9 @@ from femflex.integrate.esdirk_kernel import N_SCRATCH, N_STAGES, fill
 from femflex.integrate.first_step import first_step, switch_of
 from femflex.integrate.hermite import X_OLD, XDOT, XDOT_OLD, X
 from femflex.integrate.intervals import Span
-from femflex.integrate.projection import projection_of
 from femflex.integrate.protocol import Model, SecondOrder
 from femflex.integrate.register import INTEGRATORS
+from femflex.integrate.vectors import projection_of
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,10 +32,9 @@ from femflex.integrate.hermite import (
     tested_error,
     write_rows,
 )
-from femflex.integrate.projection import PROJECTION, Projection
 from femflex.integrate.protocol import CORRECT, KINEMATIC, MODEL_ARRAYS, RATE, SWITCH, Call, ModelArrays
 from femflex.integrate.step_control import scaled_norm, shortened_step, step_accepted, step_status
-from femflex.integrate.vectors import clipped, copy_vector, normalise
+from femflex.integrate.vectors import PROJECTION, Projection, clipped, copy_vector, normalise
 
 Span = tuple[float, float, float]
 

@@ -11,10 +11,9 @@ import math
 from femflex.arrays import Array, IntArray
 from femflex.integrate import resume as head
 from femflex.integrate.compiled import part
-from femflex.integrate.projection import Projection
 from femflex.integrate.protocol import Call, ModelArrays
 from femflex.integrate.step_control import SAFETY, reduction_factor, reject, reject_infeasible, scaled_norm
-from femflex.integrate.vectors import clipped, copy_vector, first_not_finite, normalise
+from femflex.integrate.vectors import Projection, clipped, copy_vector, first_not_finite, normalise
 
 Span = tuple[float, float, float]
 

@@ -1,11 +1,16 @@
-"""Small compiled functions of the kernels: copies, clipping, unit quaternions, and finiteness."""
+"""Small compiled functions of the kernels: copies, clipping, unit quaternions, finiteness, projection."""
 
 from __future__ import annotations
 
 import math
 
 from femflex.arrays import Array, IntArray
-from femflex.integrate.compiled import part
+from femflex.integrate.compiled import kernel, part, types
+from femflex.integrate.protocol import PROJECT, Call, Model
+
+Projection = tuple[bool, Call]  # whether the model has constraints, and the call that projects a state onto them
+
+PROJECTION = types.Tuple((types.boolean, types.FunctionType(PROJECT)))
 
 
 @part
@@ -37,3 +42,14 @@ def first_not_finite(v: Array) -> int:
         if not math.isfinite(v[i]):
             return i
     return -1
+
+
+@kernel(PROJECT)
+def no_projection(t: float, x: Array, table: IntArray, pool: Array, work: Array) -> float:
+    """Residual 0 of a model without constraints."""
+    return 0.0
+
+
+def projection_of(model: Model) -> Projection:
+    """The model's projection onto its constraints, or `no_projection`."""
+    return (False, no_projection) if model.project is None else (True, model.project)

@@ -17,8 +17,8 @@ from femflex.arrays import Array
 from femflex.body import MassMoments
 from femflex.fem.matrix_structure import MatrixStructure
 from femflex.matrices.model import MatrixModel
-from femflex.reduction.boundary.pivots import factors, negative_pivots
 from femflex.reduction.boundary.rigid import DIRECTIONS, rigid_shapes
+from femflex.reduction.boundary.supported import factors, negative_pivots
 from femflex.reduction.inertia.mass_matrix import nodal_mass
 
 SYMMETRIC = 1e-6  # |A - A^T| over the largest entry of A: beyond, a matrix is not symmetric

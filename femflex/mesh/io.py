@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from femflex.mesh.check import check
+from femflex.mesh.check import check, reorient_solids
 from femflex.mesh.formats import WriteOptions, format_of
 from femflex.mesh.formats.contents import to_mesh, with_middle_nodes, with_renamed_groups, without_vertices
 from femflex.mesh.formats.guards import memory_guard
 from femflex.mesh.mesh import Mesh
-from femflex.mesh.orientation import reorient_solids
 from femflex.reading import reading
 from femflex.writing import atomic_file
 

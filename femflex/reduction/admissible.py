@@ -13,7 +13,7 @@ from femflex.body import FlexibleBody, Marker, Patches, Skin, StrainTensors
 from femflex.body.patches import FLAT
 from femflex.fem.eigen.canonical import canonical_modes, signs
 from femflex.fem.eigen.modes import dense_modes
-from femflex.fem.line.section_points import section_points
+from femflex.fem.line.chain import section_points
 from femflex.fem.structure import Structure
 from femflex.reduction.beams.beam_functions import ends_of, gauss, points_for
 from femflex.reduction.beams.beam_strain import beam_strain

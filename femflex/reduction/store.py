@@ -22,7 +22,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.body import FlexibleBody, Foreshortening, Marker, MassMoments, Skin, StrainTensors
-from femflex.body.mass_points import MassPoints
+from femflex.body.moments import MassPoints
 from femflex.body.strain_field import read_field, write_field
 from femflex.hdf5 import atomic_hdf5, open_hdf5
 from femflex.reading import reading

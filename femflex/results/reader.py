@@ -234,7 +234,7 @@ class Run:
         self.close()
 
     def __repr__(self) -> str:
-        from femflex.results.outline import outline
+        from femflex.results.layout import outline
 
         return outline(self) if self.file else f"{self.path} (closed)"
 

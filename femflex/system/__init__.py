@@ -30,10 +30,9 @@ from femflex.system.kinds import (
 )
 from femflex.system.latch import Latch, Threshold
 from femflex.system.law import Friction, JointLaw, Law
-from femflex.system.length_table import LengthTable
+from femflex.system.length_table import LengthTable, MovingPoints
 from femflex.system.load import Load
 from femflex.system.loop import Closure, closure
-from femflex.system.moving_points import MovingPoints
 from femflex.system.orbit import EARTH_RADIUS, MU_EARTH, Frame, Orbit
 from femflex.system.profile import Profile
 from femflex.system.segments import Part, Segments

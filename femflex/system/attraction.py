@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from femflex.body import FlexibleBody
-from femflex.body.mass_points import points_of_moments
-from femflex.system.length_table import LengthTable
-from femflex.system.moving_points import MovingPoints
+from femflex.body.moments import points_of_moments
+from femflex.system.length_table import LengthTable, MovingPoints
 from femflex.system.system import System
 
 LARGE_RATIO = (

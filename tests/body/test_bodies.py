@@ -11,7 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from femflex.body import FlexibleBody, Marker, Skin, StrainTensors, rigid_body
-from femflex.body.mass_points import MassPoints
+from femflex.body.moments import MassPoints
 from femflex.body.strain_field import StrainPart
 from femflex.body.symmetric import packed, unpacked
 from femflex.fem import Member, build_structure

@@ -11,7 +11,7 @@ from support.pointwise import Jet, Tree, equations
 from support.random_systems import random_tree
 
 from femflex.body import rigid_body
-from femflex.body.mass_points import MassPoints
+from femflex.body.moments import MassPoints
 from femflex.dynamics import compile_system
 from femflex.fem import Member, PointMass, build_structure
 from femflex.fem.sections import CableSection

@@ -16,7 +16,7 @@ from support.plate_models import frequencies, random_rotation
 
 from femflex.fem import Anisotropic, Material, Member, Orthotropic, build_structure
 from femflex.fem.sections.laminates import isotropic
-from femflex.fem.solid.elastic import elasticity, isotropic_elasticity
+from femflex.fem.sections.materials import elasticity, isotropic_elasticity
 from femflex.mesh import Mesh, box, rectangle
 from femflex.mesh.cells import CELL_TYPES
 from femflex.warning import PhysicsWarning

@@ -8,7 +8,7 @@ from femflex.fem import structure as fem_structure
 from femflex.fem.assembly import assembler
 from femflex.fem.eigen import shift_invert
 from femflex.mesh import write_mesh
-from femflex.reduction.boundary import pivots
+from femflex.reduction.boundary import supported
 from femflex.reduction.modes import buckling
 
 CASE = """
@@ -91,7 +91,7 @@ def count_work(monkeypatch, n_dof):
 
     count_calls(fem_structure, "mass_and_stiffness", "structures")
     count_calls(assembler.Assembler, "total", "matrices")
-    for module in (shift_invert, pivots):
+    for module in (shift_invert, supported):
         count_calls(module, "splu", "factorisations", has_all_dof)
     for module in (shift_invert, buckling):
         count_calls(module, "eigsh", "Lanczos", has_all_dof)

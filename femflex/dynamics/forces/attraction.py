@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.arrays import Array, Record, Table
-from femflex.body.mass_points import MassPoints, points_of_moments
+from femflex.body.moments import MassPoints, points_of_moments
 from femflex.dynamics.bodies.shapes import combined
 from femflex.dynamics.bodies.varying import length_motion
 from femflex.dynamics.forces.force_term import ForceTerm, Records

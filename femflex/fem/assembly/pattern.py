@@ -1,4 +1,4 @@
-"""The CSR pattern of a sum of element matrices, built from its connected runs."""
+"""Element matrices, the runs of dofs that they connect, and the CSR pattern of their sum."""
 
 from __future__ import annotations
 

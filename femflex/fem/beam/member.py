@@ -19,8 +19,7 @@ from femflex.fem.beam.skin import swept_outline
 from femflex.fem.beam.strain import beam_strain, shear_strain
 from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
 from femflex.fem.limits import SLENDER_BEAM
-from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_length, element_frames, straight_elements
-from femflex.fem.line.section_points import section_points
+from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_length, element_frames, section_points, straight_elements
 from femflex.fem.mesh_warnings import warn_of_curved_beam
 from femflex.fem.option import Option, Options, member_options
 from femflex.fem.sections.section import Resultants, Shape

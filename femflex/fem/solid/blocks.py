@@ -12,7 +12,7 @@ import numpy as np
 
 from femflex.arrays import Array, IntArray
 from femflex.fem.assembly import ElementMatrices
-from femflex.fem.solid.elastic import VOIGT
+from femflex.fem.sections.materials import VOIGT
 from femflex.fem.tables import StrainBlock, StressAt, rows_of_elements
 
 ALL_ELEMENTS = slice(None)

@@ -24,9 +24,8 @@ from femflex.fem.mesh_warnings import (
     warn_of_tapered,
 )
 from femflex.fem.option import Option, Options, member_options
-from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
+from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic, elasticity, material_axes
 from femflex.fem.solid.blocks import Enhanced, SolidInertia, SolidStrain, enhanced_strains, strain_maps
-from femflex.fem.solid.elastic import elasticity, material_axes
 from femflex.fem.solid.rules import CELLS, REDUCED, mass_rule, strain_rule
 from femflex.fem.solid.volume import with_reduced_volume_points
 from femflex.mesh.cells import CELL_TYPES, FACES

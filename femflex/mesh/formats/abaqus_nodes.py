@@ -1,4 +1,4 @@
-"""Nodes of an Abaqus deck: *NODE in its coordinate systems, *SYSTEM, and those made by *NGEN and *NFILL."""
+"""Nodes of an Abaqus deck (*NODE, *SYSTEM, *NGEN, *NFILL), and its named sets of nodes and elements."""
 
 from __future__ import annotations
 

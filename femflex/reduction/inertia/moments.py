@@ -9,7 +9,7 @@ from scipy import sparse
 
 from femflex.arrays import Array
 from femflex.body import MassMoments
-from femflex.body.mass_points import MassPoints
+from femflex.body.moments import MassPoints
 from femflex.fem.structure import Structure
 from femflex.fem.tables import InertiaBlock, StrainBlock, cached_chunks, element_chunks
 

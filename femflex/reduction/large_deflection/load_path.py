@@ -19,8 +19,7 @@ from scipy import sparse
 
 from femflex.arrays import Array, IntArray
 from femflex.fem.structure import Structure
-from femflex.reduction.boundary.pivots import factors, negative_pivots
-from femflex.reduction.boundary.supported import supported
+from femflex.reduction.boundary.supported import factors, negative_pivots, supported
 from femflex.reduction.modes.vibration import ModeSet
 
 STEPS = 12  # steps of the work up to the deflection of a linear structure

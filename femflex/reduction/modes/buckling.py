@@ -13,8 +13,7 @@ from femflex.fem.deflected import tension_blocks
 from femflex.fem.eigen.modes import factorise
 from femflex.fem.eigen.shift_invert import Factors
 from femflex.fem.structure import Structure
-from femflex.reduction.boundary.pivots import negative_pivots
-from femflex.reduction.boundary.supported import Supported, supported, unstressed
+from femflex.reduction.boundary.supported import Supported, negative_pivots, supported, unstressed
 from femflex.reduction.limits import CLOSE_TO_BUCKLING, FAR_FROM_BUCKLING
 from femflex.reduction.preload.equilibrium import refuse_slack, refuse_untensioned
 from femflex.warning import PhysicsWarning

@@ -1,4 +1,4 @@
-"""Mode sets by eigen-solution: cantilever, free-free; and load vectors of known loads."""
+"""Sets of shapes, those by eigen-solution (cantilever, free-free), and load vectors of known loads."""
 
 from __future__ import annotations
 

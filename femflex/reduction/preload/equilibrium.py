@@ -20,8 +20,7 @@ from femflex.fem.internal_force import InternalForce
 from femflex.fem.structure import Structure
 from femflex.fem.tension.strain import PRINCIPAL, UNITS, TensionStrain
 from femflex.reduction.boundary.clamps import Groups, held_dofs
-from femflex.reduction.boundary.pivots import factors, negative_pivots
-from femflex.reduction.boundary.supported import supported
+from femflex.reduction.boundary.supported import factors, negative_pivots, supported
 from femflex.reduction.preload.loads import Loads, Preload, loads_of_preload
 from femflex.warning import PhysicsWarning
 

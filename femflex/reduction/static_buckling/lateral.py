@@ -1,4 +1,4 @@
-"""Moments of beams that buckle them laterally.
+"""Linear buckling in few coordinates, and moments of beams that buckle them laterally.
 
 A constant moment about an axis of stiffness EI_1 buckles a simply supported beam sideways at pi sqrt(EI_2 GJ) / L,
 divided by the root of (1 - EI_2 / EI_1) (1 - GJ / EI_1) for the deflection before buckling, where EI_2 is the stiffness
