@@ -21,9 +21,9 @@ import numpy as np
 
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
-from femflex.case.reduction import CantileverTable
 from femflex.fem.support import COMPONENTS
 from femflex.reduction import ModeSet
+from femflex.reduction.methods import Cantilever
 from femflex.reduction.modes.damping import UNANSWERED
 from femflex.system.joints.noun import JointNoun
 
@@ -57,7 +57,7 @@ def acting_loads(case: Case, name: str, table: FlexibleTable, groups: Mapping[st
     r, linear = table.reduction, (table.strain or "linear") == "linear"
     automatic = {"condensed": (None, "auto"), "nonlinear": ("auto",)}.get(table.strain or "linear", (None, "none"))
     if (
-        not isinstance(r, CantileverTable)
+        not isinstance(r, Cantilever)
         or r.derivatives not in automatic
         or r.third_derivatives
         or r.deflection is not None
@@ -78,7 +78,7 @@ def acting_loads(case: Case, name: str, table: FlexibleTable, groups: Mapping[st
 
 
 def _loads_by_group(
-    pushed: Iterable[tuple[str, list[str]]], r: CantileverTable, groups: Mapping[str, str]
+    pushed: Iterable[tuple[str, list[str]]], r: Cantilever, groups: Mapping[str, str]
 ) -> dict[str, tuple[str, ...]]:
     """Mesh groups and directions of the loads at markers, without clamps; none where the reduction sets `loads`."""
     by_group: dict[str, set[str]] = {}

@@ -26,14 +26,12 @@ from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable
 from femflex.case.case import Case
 from femflex.case.deploying import DeployingTable
 from femflex.case.matrices import MatricesTable
-from femflex.case.reduction import DampingTable, Stretchable
 from femflex.fem.deflected import tension_blocks
 from femflex.fem.structure import Structure
 from femflex.fem.tension.strain import UNITS
 from femflex.noun.problems import CaseError, Problem, suggestion_text
 from femflex.reduction import (
-    ModalDamping,
-    RayleighDamping,
+    Damping,
     UniformBeam,
     beam_body,
     bending_damping,
@@ -45,8 +43,10 @@ from femflex.reduction import (
     require_stretch,
     with_derivatives,
 )
+from femflex.reduction.methods import Stretchable
 from femflex.reduction.modes.half_waves import half_wave_text, warn_of_few_elements
 from femflex.reduction.modes.vibration import ModeSet
+from femflex.reduction.nouns import DampingTable
 from femflex.reduction.origin import Analytic, Meshed, Origin
 from femflex.reduction.preload.equilibrium import is_preloaded
 from femflex.reduction.small_motions import small_motion_body
@@ -255,7 +255,11 @@ def _reduce_with_strain(
         check_torques(case, name, groups, structure)
     if strain == "condensed" and keep is None:
         modeset = with_derivatives(structure, modeset)
-    damping, patches, loads = _damping(table.damping), patch_groups(case, name), load_sets_of(case, name, table)
+    damping, patches, loads = (
+        _damping(table.damping),
+        patch_groups(case, name),
+        load_sets_of(case, name, table),
+    )
     body = reduce_structure(structure, modeset, groups, damping, strain, turning, patches, loads)
     if strain == "nonlinear" and isinstance(r, Stretchable) and body.n_modes:
         if keep == "none" and not r.responses:
@@ -358,24 +362,20 @@ def _body_from_file(case: Case, name: str, table: FileTable, modes: int | None) 
             )
             raise CaseError(case.path.name, [Problem(f"bodies.{name}.modes", text)])
         body = body.truncated(n)
-    damping = _damping(table.damping)
+    damping = table.damping
     if damping is not None:
         kinds = (body.kinds or ("",) * body.n_modes)[: body.n_modes]
         damped = [body.strain.is_linear or kind != "derivative" for kind in kinds]
         Me = body.without_slaves().moments.elastic_mass()
         body = replace(
             body,
-            damping=bending_damping(damping, Me, body.strain.V1, damped, is_added(kinds), is_unanswered(kinds)),
+            damping=bending_damping(damping.model, Me, body.strain.V1, damped, is_added(kinds), is_unanswered(kinds)),
         )
     return body
 
 
-def _damping(table: DampingTable | None) -> ModalDamping | RayleighDamping | None:
-    if table is None:
-        return None
-    if table.ratio is not None:
-        return ModalDamping(table.ratio)
-    return RayleighDamping(table.mass or 0.0, table.stiffness or 0.0)
+def _damping(table: DampingTable | None) -> Damping | None:
+    return None if table is None else table.model
 
 
 def _with_markers(body: FlexibleBody, name: str, table: BodyTable) -> FlexibleBody:

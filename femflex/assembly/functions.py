@@ -19,9 +19,9 @@ from femflex.arrays import Array
 from femflex.assembly.acting_loads import LEFT_OVER, load_directions, spins_steadily
 from femflex.case.body import AnalyticTable
 from femflex.case.case import Case
-from femflex.case.reduction import FunctionsTable
 from femflex.reduction.beams.beam_functions import gauss, points_for
 from femflex.reduction.beams.uniform_beam import BeamFunctions
+from femflex.reduction.nouns import FunctionsTable
 
 TipLoad = tuple[int, bool]  # axis of a beam, and whether about it
 

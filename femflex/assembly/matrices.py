@@ -6,16 +6,14 @@ from functools import partial
 
 import numpy as np
 
-from femflex.assembly.acting_loads import ActingLoads
-from femflex.assembly.structures import clamp_of, vibration_set
 from femflex.case.case import Case
 from femflex.case.matrices import MatricesTable, MatrixFilesTable
-from femflex.case.reduction import FreeFreeTable, NodalTable, StiffTable, Stretchable
 from femflex.fem.matrix_structure import MatrixStructure
 from femflex.matrices import MatrixModel, Sources, StatedMass, read_matrices
 from femflex.matrices.body import matrix_body, without_rounding
-from femflex.reduction import ModeSet, nodal, rigid_set
+from femflex.reduction import ModeSet
 from femflex.reduction.matrices import MatrixBody
+from femflex.reduction.methods import FreeFree, Nodal, Stiff, Stretchable
 from femflex.reduction.modes.damping import Damping
 
 
@@ -47,12 +45,10 @@ def build_matrix_body(
 def _modes_of_matrices(structure: MatrixStructure, table: MatricesTable, modes: int | None) -> ModeSet:
     r = table.reduction
     if isinstance(r, Stretchable):
-        smoothed = without_rounding(structure) if isinstance(r, FreeFreeTable) else structure
-        return vibration_set(smoothed, r, modes, ActingLoads())
-    if isinstance(r, NodalTable):
-        return nodal(structure, clamp_of(r.clamp))
-    assert isinstance(r, StiffTable)
-    return rigid_set(structure.n_dof)
+        smoothed = without_rounding(structure) if isinstance(r, FreeFree) else structure
+        return r.vibration_set(smoothed, modes)
+    assert isinstance(r, Nodal | Stiff)
+    return r.shapes(structure)[1]
 
 
 def _sources(m: MatrixFilesTable) -> Sources:

@@ -8,7 +8,7 @@ from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable
 from femflex.case.case import Case
 from femflex.case.deploying import DeployingTable
 from femflex.case.matrices import MatricesTable
-from femflex.case.reduction import Stretchable
+from femflex.reduction.methods import Stretchable
 
 AXIAL = 2  # axial functions per bending function: the stretch by bending has twice its polynomial degree
 

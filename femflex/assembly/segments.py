@@ -7,10 +7,9 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from femflex.assembly.structures import members_of, point_masses_of, with_static_derivatives
+from femflex.assembly.structures import members_of, point_masses_of
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
-from femflex.case.reduction import CantileverTable, CraigBamptonTable, FreeFreeTable, NodalTable
 from femflex.fem import Structure, cut_into_segments
 from femflex.fem.line.chain import straight_elements
 from femflex.fem.line.segments import NEAR
@@ -26,6 +25,7 @@ from femflex.reduction import (
     reduce_segments,
     with_attachment,
 )
+from femflex.reduction.methods import Cantilever, CraigBampton, FreeFree, Nodal, with_static_derivatives
 from femflex.system import Segments
 from femflex.warning import PhysicsWarning
 
@@ -97,14 +97,14 @@ def _segment_modes(table: FlexibleTable, modes: int | None) -> Callable[[Structu
     """A function that returns the modes of a segment by the body's reduction, with its ends as clamp and interfaces."""
     r = table.reduction
     n = getattr(r, "modes", 0) if modes is None else modes
-    if isinstance(r, CantileverTable):
+    if isinstance(r, Cantilever):
         directions = tuple(r.attachment)
         if directions:
             return lambda s: with_attachment(s, cantilever_modes(s, NEAR, n), directions)
         return lambda s: cantilever_modes(s, NEAR, n)
-    if isinstance(r, FreeFreeTable):
+    if isinstance(r, FreeFree):
         return lambda s: free_free_modes(s, n)
-    if isinstance(r, NodalTable):
+    if isinstance(r, Nodal):
         return lambda s: nodal(s, NEAR)
-    assert r is None or isinstance(r, CraigBamptonTable)
+    assert r is None or isinstance(r, CraigBampton)
     return lambda s: chord_modes(s, n)

@@ -14,8 +14,8 @@ from femflex.assembly.open_choices import open_joints, with_joints, with_tables
 from femflex.case.body import AnalyticTable, BodyTable, FlexibleTable
 from femflex.case.case import Case
 from femflex.case.deploying import DeployingTable
-from femflex.case.reduction import CantileverTable
 from femflex.fem.support import COMPONENTS
+from femflex.reduction.methods import Cantilever
 from femflex.reduction.modes.damping import is_added
 from femflex.system import System
 
@@ -35,7 +35,7 @@ def static_shapes(case: Case, name: str) -> dict[str, list[str]]:
     table, markers = case.bodies[name], joined_markers(case, name)
     if isinstance(table, FlexibleTable):
         table = with_deck(case, name, table)
-        requested = table.reduction.model_fields_set if isinstance(table.reduction, CantileverTable) else set()
+        requested = table.reduction.model_fields_set if isinstance(table.reduction, Cantilever) else set()
         clamp, groups = getattr(table.reduction, "clamp", {}), {marker_groups(table).get(m, m) for m in markers}
         roots = [*clamp][:1] if "attachment" not in requested else []
         others = sorted(groups - {*clamp, "origin"}) if "loads" not in requested else []

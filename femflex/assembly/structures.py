@@ -7,22 +7,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 
-import numpy as np
-
+from femflex.arrays import Array
 from femflex.assembly.acting_loads import ActingLoads
 from femflex.assembly.decks import deck_members, deck_of, left_out_text, refined_members, with_deck
 from femflex.assembly.shared import shared_parts
 from femflex.case.body import FlexibleTable, MemberTable
 from femflex.case.case import Case
 from femflex.case.mesh_groups import file_mesh, mesh_problems, with_regions
-from femflex.case.reduction import (
-    CantileverTable,
-    CraigBamptonTable,
-    FreeFreeTable,
-    LumpedTable,
-    NodalTable,
-    Stretchable,
-)
 from femflex.decks.report import doubts, without_mass
 from femflex.fem import (
     FAMILIES,
@@ -38,29 +29,17 @@ from femflex.fem.option import OPTIONS as FAMILY_OPTIONS
 from femflex.fem.sections.laminates import Lamina
 from femflex.fem.sections.materials import Material, Orthotropic
 from femflex.fem.sections.named import member_material, member_section, solid_material
-from femflex.fem.support import Support
 from femflex.mesh import Mesh
 from femflex.noun.problems import CaseError, Problem, suggestion_text
 from femflex.reduction import (
     ModeSet,
-    cantilever_modes,
-    craig_bampton,
-    free_free_modes,
-    load_vectors,
-    lumped,
-    nodal,
-    nodal_translations,
     relaxed,
-    rigid_set,
     slow_loads,
     warn_of_initial_stress,
-    with_attachment,
-    with_derivatives,
-    with_responses,
 )
+from femflex.reduction.methods import clamp_of
 from femflex.reduction.preload.equilibrium import static_equilibrium
 from femflex.reduction.preload.loads import Preload
-from femflex.reduction.wide_sheets import with_sheet_shapes
 from femflex.warning import PhysicsWarning
 
 PLACE = "marker {}"  # point group of a marker given by its position
@@ -161,21 +140,10 @@ def preload_of(case: Case, name: str, table: FlexibleTable) -> Preload | None:
     p = table.preload
     if p is None:
         return None
-    field = np.zeros((3, 3))
-    if p.spin is not None:
-        field = np.asarray(Preload.spin(p.spin).gradient)
-    if p.orbit is not None:
-        rate = p.orbit.rate
-        if rate is None and case.orbit.kind != "none":
-            rate = case.orbit.mean_motion
-        if rate is None:
-            where = f"bodies.{name}.preload.orbit"
-            raise CaseError(case.path.name, [Problem(where, "found no rate, and the case has no [orbit]; give one")])
-        try:
-            field = np.asarray(Preload.orbit(rate, p.orbit.vertical, p.orbit.normal).gradient)
-        except ValueError as error:
-            raise CaseError(case.path.name, [Problem(f"bodies.{name}.preload.orbit", str(error))]) from None
-    return Preload(p.acceleration, field, p.origin, p.forces, p.masses)
+    try:
+        return p.preload(None if case.orbit.kind == "none" else case.orbit.mean_motion)
+    except ValueError as error:
+        raise CaseError(case.path.name, [Problem(f"bodies.{name}.preload.orbit", str(error))]) from None
 
 
 def bushings_of(table: FlexibleTable) -> list[Bushing | ScalarSpring]:
@@ -210,82 +178,20 @@ def build_modes(
     if name:
         is_prestressed = any(member.options.get("prestress") for member in table.members)
         warn_of_initial_stress(f"bodies.{name}", as_built, structure, is_prestressed)
-    if isinstance(r, Stretchable):
-        shapes = vibration_set(structure, r, modes, acting or ActingLoads())
-        if r.third_derivatives or needs_large_deflection_shapes(table):
-            shapes = with_sheet_shapes(structure, shapes, r.third_derivatives, r.deflection)
-        if r.derivatives not in (None, "none", 0):
-            shapes = with_static_derivatives(
-                structure, shapes, r.derivatives, None if r.responses else r.deflection, f"bodies.{name}"
-            )
-        if r.responses and r.deflection is not None:
-            directions = [direction for direction in getattr(r, "attachment", ()) if direction in "xyz"]
-            loads = getattr(r, "loads", {})
-            shapes = with_responses(structure, shapes, r.responses, r.deflection, directions, loads)
-        return structure, shapes
-    if isinstance(r, NodalTable):
-        return structure, nodal(structure, clamp_of(r.clamp))
-    if isinstance(r, LumpedTable):
-        structure = lumped(structure)
-        return structure, nodal_translations(structure, clamp_of(r.clamp))
-    return structure, rigid_set(structure.n_dof)
 
+    def slow(shapes: ModeSet) -> Array:
+        a = acting or ActingLoads()
+        return slow_loads(structure, shapes, a.base, a.loads, least=a.least, linear=a.least > 0.0)
 
-def with_static_derivatives(
-    structure: Structure, modes: ModeSet, keep: int | str, deflection: float | None, where: str
-) -> ModeSet:
-    """The set with `keep` static derivatives added. Warns if there are fewer independent ones than requested."""
-    extended = with_derivatives(structure, modes, keep, deflection)
-    added = extended.n_modes - modes.n_modes
-    if isinstance(keep, int) and added < keep:
-        source = "its states bent so far" if deflection else f"the pairs of its {modes.n_modes} shapes"
-        warnings.warn(
-            PhysicsWarning(
-                "{body_or_joint}: {limit} derivatives are requested, but {states} give only {value} independent ones. "
-                "These are used;",
-                body_or_joint=where,
-                value=added,
-                limit=keep,
-                remedy="set derivatives = {value}",
-                states=source,
-            ),
-            stacklevel=3,
-        )
-    return extended
+    assert r is not None
+    bends_far = needs_large_deflection_shapes(table)
+    return r.shapes(structure, modes, slow if acting else None, f"bodies.{name}", bends_far)
 
 
 def needs_large_deflection_shapes(table: FlexibleTable) -> bool:
     """Whether a body has a strain for large deflections, and a set with the derivatives that these need."""
     keep = getattr(table.reduction, "derivatives", "none")
     return table.strain in ("nonlinear", "condensed") and keep not in ("none", 0)
-
-
-def vibration_set(structure: Structure, r: Stretchable, modes: int | None, acting: ActingLoads) -> ModeSet:
-    """The set of a reduction that retains a number of modes: its modes and static shapes, without derivatives."""
-    assert isinstance(r, CantileverTable | FreeFreeTable | CraigBamptonTable)
-    n = r.modes if modes is None else modes
-    clamp = {} if isinstance(r, FreeFreeTable) else r.clamp
-    if isinstance(r, FreeFreeTable):
-        shapes = free_free_modes(structure, n)
-    elif isinstance(r, CraigBamptonTable):
-        shapes = craig_bampton(structure, r.interfaces, n, clamp_of(clamp), r.interface)
-    else:
-        shapes = cantilever_modes(structure, clamp_of(clamp), n)
-    F = np.zeros((structure.n_dof, 0))
-    if acting:
-        linear = acting.least > 0.0
-        F = slow_loads(structure, shapes, acting.base, acting.loads, least=acting.least, linear=linear)
-    if r.joints:
-        at_clamps = [direction for group, directions in r.joints.items() if group in clamp for direction in directions]
-        elsewhere = {group: directions for group, directions in r.joints.items() if group not in clamp}
-        F = np.column_stack([F, load_vectors(structure, at_clamps, elsewhere)])
-    attachment, loads = getattr(r, "attachment", []), getattr(r, "loads", {})
-    return with_attachment(structure, shapes, attachment, loads, F) if attachment or loads or F.size else shapes
-
-
-def clamp_of(groups: Mapping[str, Support]) -> list[str] | dict[str, Support]:
-    """The group names if all components of all groups are clamped, else group -> support."""
-    return list(groups) if all(support.is_clamped for support in groups.values()) else dict(groups)
 
 
 def _member(case: Case, name: str, table: MemberTable, defaults: Mapping[str, object]) -> Member:

@@ -11,13 +11,13 @@ from femflex.case.deck import OverrideValues
 from femflex.case.deploying import DeployingTable
 from femflex.case.matrices import MatricesTable
 from femflex.case.options import add_options, read_options
-from femflex.case.preload import PreloadTable
-from femflex.case.reduction import DampingTable, FunctionsTable, Reduction
 from femflex.case.shape import Shape
 from femflex.fem.connections import Distributing, Equation, Rigid
 from femflex.noun.inertia import InertiaMatrix
 from femflex.noun.table import Name, Table, exactly_one, refuse
 from femflex.noun.values import Count, Direction, Mass, Position, PositiveLength, Quantity, Vector, Whole
+from femflex.reduction.methods import Reduction
+from femflex.reduction.nouns import DampingTable, FunctionsTable, PreloadTable
 
 Strain = Literal["linear", "nonlinear", "condensed"]
 Connection = Annotated[Rigid | Distributing | Equation, Field(discriminator="kind")]

@@ -8,10 +8,10 @@ from typing import Annotated, Literal
 from pydantic import Field, StrictBool, model_validator
 
 from femflex.case.body_base import BodyTable
-from femflex.case.reduction import _Ratio
 from femflex.case.shape import MarkerTable
 from femflex.noun.table import Name, Orientation, Table, exactly_one, refuse
 from femflex.noun.values import MOST_FUNCTIONS, Count, Direction, Mass, Position, PositiveLength, Quantity, counted_noun
+from femflex.reduction.nouns import _Ratio
 from femflex.system.motion import Motion, MotionOf
 
 LINES, SHEETS = ("beam", "tether"), ("plate", "membrane")

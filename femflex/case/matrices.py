@@ -7,10 +7,11 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from femflex.case.body_base import BodyTable
-from femflex.case.reduction import DampingTable, Reduction
 from femflex.noun.inertia import InertiaMatrix
 from femflex.noun.table import Name, Table, refuse
 from femflex.noun.values import Direction, Mass, Position, Quantity, Whole
+from femflex.reduction.methods import Reduction
+from femflex.reduction.nouns import DampingTable
 
 ELEMENTS_ONLY = ("derivatives", "third_derivatives", "deflection", "responses", "spin")
 

@@ -25,7 +25,6 @@ from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable
 from femflex.case.deploying import DeployingTable
 from femflex.case.matrices import MatricesTable
 from femflex.case.measure import OF_BODY
-from femflex.case.reduction import Stretchable
 from femflex.case.run import StudyTable
 from femflex.fem.eigen.canonical import count_without_split_cluster
 from femflex.fem.eigen.modes import stiffness_ratio
@@ -33,6 +32,7 @@ from femflex.mesh.cells import CELL_TYPES
 from femflex.pipeline.case_bodies import build_body, build_each
 from femflex.pipeline.decisions import with_own_joints
 from femflex.reduction import is_added, load_body
+from femflex.reduction.methods import Stretchable
 from femflex.system import Segments
 from femflex.warning import PhysicsWarning
 

@@ -1,37 +1,30 @@
-"""Reduction of a meshed body: the shapes of its basis, its clamps and its damping."""
+"""Methods of reduction: the shapes of a meshed body, and its clamps."""
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Field, StrictBool, model_validator
 
+from femflex.arrays import Array
+from femflex.fem import Structure, Support
 from femflex.fem.support import Clamp
 from femflex.noun.table import Table, refuse
-from femflex.noun.values import (
-    MOST_FUNCTIONS,
-    Count,
-    PositiveLength,
-    Quantity,
-    ValueProblem,
-    Whole,
-    _Readable,
-    value_text,
-)
+from femflex.noun.values import Count, PositiveLength, ValueProblem, Whole, _Readable, value_text
+from femflex.reduction.large_deflection.derivatives import with_derivatives
+from femflex.reduction.large_deflection.response_states import with_responses
+from femflex.reduction.modes.craig_bampton import craig_bampton
+from femflex.reduction.modes.modeset import ModeSet, rigid_set
+from femflex.reduction.modes.nodal import lumped, nodal, nodal_translations
+from femflex.reduction.modes.residuals import with_attachment
+from femflex.reduction.modes.vibration import cantilever_modes, free_free_modes, load_vectors
+from femflex.reduction.wide_sheets import with_sheet_shapes
+from femflex.warning import PhysicsWarning
 
-
-class _Ratio(_Readable):
-    """One damping ratio, or one per mode."""
-
-    scalar, vector = Quantity("", least=0.0, below=1.0), Quantity("", (None,), least=0.0, below=1.0)
-
-    def read_value(self, value: Any) -> Any:
-        """A float or a tuple of them."""
-        return (self.vector if isinstance(value, list) else self.scalar).read_value(value)
-
-    def json_schema(self) -> dict[str, Any]:
-        """JSON Schema of both forms."""
-        return {"anyOf": [self.scalar.json_schema(), self.vector.json_schema()]}
+Slow = Callable[[ModeSet], Array]
 
 
 class _DerivativeCount(_Readable):
@@ -55,28 +48,6 @@ class _DerivativeCount(_Readable):
 
 Derivatives = Annotated[int | str | None, _DerivativeCount()]
 Component = Literal["x", "y", "z", "rx", "ry", "rz"]
-
-
-class DampingTable(Table):
-    """Elastic damping: a fraction of critical damping, or Rayleigh's two numbers."""
-
-    ratio: Annotated[float | tuple[float, ...] | None, _Ratio()] = None
-    """Fraction of critical damping of the vibration modes at rest: one number, or one per mode; 0.005 is 0.5 %."""
-    mass: Annotated[float, Quantity("1/s", least=0.0)] | None = None
-    """Mass-proportional coefficient alpha of Rayleigh damping, D = alpha M + beta K."""
-    stiffness: Annotated[float, Quantity("s", least=0.0)] | None = None
-    """Stiffness-proportional coefficient beta of Rayleigh damping, D = alpha M + beta K."""
-
-    @model_validator(mode="after")
-    def _ratio_or_rayleigh(self) -> DampingTable:
-        rayleigh = self.mass is not None or self.stiffness is not None
-        if (self.ratio is not None) == rayleigh:
-            refuse(
-                "found "
-                + ("ratio together with mass or stiffness" if rayleigh else "no damping")
-                + "; give ratio, or mass and stiffness"
-            )
-        return self
 
 
 class Stretchable(Table):
@@ -124,8 +95,51 @@ class Stretchable(Table):
             )
         return self
 
+    def modes_alone(self, structure: Structure, n: int) -> ModeSet:
+        """The set of n modes, without static shapes."""
+        raise NotImplementedError
 
-class CantileverTable(Stretchable):
+    def vibration_set(self, structure: Structure, modes: int | None = None, slow: Slow | None = None) -> ModeSet:
+        """Its modes (`modes` of them instead of its own number if given) and static shapes, without derivatives.
+
+        slow: of a set, its loads (n_dof, k) that are slow compared with it
+        """
+        shapes = self.modes_alone(structure, getattr(self, "modes", 0) if modes is None else modes)
+        F = np.zeros((structure.n_dof, 0)) if slow is None else slow(shapes)
+        if self.joints:
+            clamp = getattr(self, "clamp", {})
+            at_clamps = [way for group, ways in self.joints.items() if group in clamp for way in ways]
+            elsewhere = {group: ways for group, ways in self.joints.items() if group not in clamp}
+            F = np.column_stack([F, load_vectors(structure, at_clamps, elsewhere)])
+        attachment, loads = getattr(self, "attachment", []), getattr(self, "loads", {})
+        return with_attachment(structure, shapes, attachment, loads, F) if attachment or loads or F.size else shapes
+
+    def shapes(
+        self,
+        structure: Structure,
+        modes: int | None = None,
+        slow: Slow | None = None,
+        where: str = "",
+        bends_far: bool = False,
+    ) -> tuple[Structure, ModeSet]:
+        """The structure and its set, with the derivatives and responses; `where` begins warnings.
+
+        bends_far: whether the strain is one of large deflections
+        """
+        shapes = self.vibration_set(structure, modes, slow)
+        if self.third_derivatives or bends_far:
+            shapes = with_sheet_shapes(structure, shapes, self.third_derivatives, self.deflection)
+        if self.derivatives not in (None, "none", 0):
+            deflection = None if self.responses else self.deflection
+            shapes = with_static_derivatives(structure, shapes, self.derivatives, deflection, where)
+        if self.responses and self.deflection is not None:
+            directions = [direction for direction in getattr(self, "attachment", ()) if direction in "xyz"]
+            loads = getattr(self, "loads", {})
+            shapes = with_responses(structure, shapes, self.responses, self.deflection, directions, loads)
+        return structure, shapes
+
+
+class Cantilever(Stretchable):
     """Vibration modes with groups clamped in the body frame."""
 
     method: Literal["cantilever"]
@@ -149,7 +163,7 @@ class CantileverTable(Stretchable):
     {} adds none."""
 
     @model_validator(mode="after")
-    def _has_a_clamp(self) -> CantileverTable:
+    def _has_a_clamp(self) -> Cantilever:
         if not self.clamp:
             refuse(
                 "found no group to clamp; cantilever modes are those of a clamped structure, so name a group, or use "
@@ -157,8 +171,12 @@ class CantileverTable(Stretchable):
             )
         return self
 
+    def modes_alone(self, structure: Structure, n: int) -> ModeSet:
+        """The n lowest modes of the clamped structure."""
+        return cantilever_modes(structure, clamp_of(self.clamp), n)
 
-class FreeFreeTable(Stretchable):
+
+class FreeFree(Stretchable):
     """Elastic modes of the unconstrained structure; the body frame follows the mean motion."""
 
     method: Literal["free_free"]
@@ -166,8 +184,12 @@ class FreeFreeTable(Stretchable):
     modes: Whole
     """Number of elastic modes kept, the lowest first; rigid-body modes do not count."""
 
+    def modes_alone(self, structure: Structure, n: int) -> ModeSet:
+        """The n lowest elastic modes of the free structure."""
+        return free_free_modes(structure, n)
 
-class CraigBamptonTable(Stretchable):
+
+class CraigBampton(Stretchable):
     """Fixed-interface modes and constraint modes of interface groups."""
 
     method: Literal["craig_bampton"]
@@ -181,8 +203,12 @@ class CraigBamptonTable(Stretchable):
     interface: Literal["rigid", "nodal"] = "rigid"
     """Motion of an interface: "rigid", its nodes move as one; "nodal", each node has shapes of its own."""
 
+    def modes_alone(self, structure: Structure, n: int) -> ModeSet:
+        """The constraint modes, and n modes with the interfaces fixed."""
+        return craig_bampton(structure, self.interfaces, n, clamp_of(self.clamp), self.interface)
 
-class NodalTable(Table):
+
+class Nodal(Table):
     """The nodal displacements themselves, with groups clamped: no reduction."""
 
     method: Literal["nodal"]
@@ -190,8 +216,12 @@ class NodalTable(Table):
     clamp: Clamp
     """Groups clamped in the body frame, written as for cantilever modes."""
 
+    def shapes(self, structure: Structure, *_: object) -> tuple[Structure, ModeSet]:
+        """The structure and its nodal displacements."""
+        return structure, nodal(structure, clamp_of(self.clamp))
 
-class LumpedTable(Table):
+
+class Lumped(Table):
     """Nodal translations with lumped masses; rotations condensed out."""
 
     method: Literal["lumped"]
@@ -199,48 +229,52 @@ class LumpedTable(Table):
     clamp: Clamp
     """Groups clamped in the body frame, written as for cantilever modes."""
 
+    def shapes(self, structure: Structure, *_: object) -> tuple[Structure, ModeSet]:
+        """The structure with lumped masses and its nodal translations."""
+        structure = lumped(structure)
+        return structure, nodal_translations(structure, clamp_of(self.clamp))
 
-class StiffTable(Table):
+
+class Stiff(Table):
     """No elastic coordinates: the mesh gives mass, inertia and picture."""
 
     method: Literal["rigid"]
     """Selects this reduction: a rigid body."""
 
+    def shapes(self, structure: Structure, *_: object) -> tuple[Structure, ModeSet]:
+        """The structure and a set without shapes."""
+        return structure, rigid_set(structure.n_dof)
+
+
+def with_static_derivatives(
+    structure: Structure, modes: ModeSet, keep: int | str, deflection: float | None, where: str
+) -> ModeSet:
+    """The set with `keep` static derivatives added. Warns if there are fewer independent ones than requested."""
+    extended = with_derivatives(structure, modes, keep, deflection)
+    added = extended.n_modes - modes.n_modes
+    if isinstance(keep, int) and added < keep:
+        source = "its states bent so far" if deflection else f"the pairs of its {modes.n_modes} shapes"
+        warnings.warn(
+            PhysicsWarning(
+                "{body_or_joint}: {limit} derivatives are requested, but {states} give only {value} independent ones. "
+                "These are used;",
+                body_or_joint=where,
+                value=added,
+                limit=keep,
+                remedy="set derivatives = {value}",
+                states=source,
+            ),
+            stacklevel=3,
+        )
+    return extended
+
+
+def clamp_of(groups: Mapping[str, Support]) -> list[str] | dict[str, Support]:
+    """The group names if all components of all groups are clamped, else group -> support."""
+    return list(groups) if all(support.is_clamped for support in groups.values()) else dict(groups)
+
 
 Reduction = Annotated[
-    CantileverTable | FreeFreeTable | CraigBamptonTable | NodalTable | LumpedTable | StiffTable,
+    Cantilever | FreeFree | CraigBampton | Nodal | Lumped | Stiff,
     Field(discriminator="method"),
 ]
-
-
-class FunctionsTable(Table):
-    """Admissible functions of a beam: how many for each field, and which."""
-
-    y: Annotated[int, Count(0, MOST_FUNCTIONS)] = 0
-    """Number of functions for bending along the section's y axis."""
-    z: Annotated[int, Count(0, MOST_FUNCTIONS)] = 0
-    """Number of functions for bending along the section's z axis."""
-    axial: Annotated[int, Count(0, MOST_FUNCTIONS)] = 0
-    """Number of functions for axial displacement."""
-    torsion: Annotated[int, Count(0, MOST_FUNCTIONS)] = 0
-    """Number of functions for the twist angle."""
-    family: Literal["characteristic", "polynomial"] = "characteristic"
-    """Functions: "characteristic", the vibration modes of a uniform beam; "polynomial", polynomials of the same
-    supports."""
-    ends: str = "clamped-free"
-    """Supports of root and tip in the body frame, such as "clamped-free"; each is free, pinned or clamped."""
-    static: StrictBool = False
-    """The last functions are the static shapes of an accelerated root."""
-    spin: StrictBool | None = None
-    """Static shapes of a spin in addition to the functions: two more along y and along z, one of axial
-    displacement and one of torsion, where strain is not linear. Only for clamped-free characteristic functions. Left
-    out: true where the case spins steadily, unless `static` is given."""
-    joints: list[Literal["root", "tip"]] | None = None
-    """Static shapes of an accelerated root and of a tip force and moment in addition to the functions: two more along y
-    and z for each, one of axial displacement and one of torsion. Only for clamped-free characteristic functions. Left
-    out: those that change by 0.05 % one of the craft's first three elastic frequencies, one below `band`, or one that
-    the run excites, unless `static` is given."""
-    loads: StrictBool | None = None
-    """Static shapes of a force and a moment at the tip in addition to the functions, as those of `joints`: for loads at
-    the tip. Only for clamped-free characteristic functions. Left out: where the functions answer such a load by less
-    than 99 % of its static work, as one function answers a force (97 %), and many a moment or a torque."""
