@@ -62,10 +62,11 @@ def _found(value: Any, source: str, path: tuple[str, ...], definition: Schema) -
         for entry in value:
             yield from _found(entry, source, (*path, "[]"), definition)
     elif isinstance(value, dict):
-        if _is_of(value, definition):
+        keys = definition.get("properties", {}) if _is_of(value, definition) else {}
+        if keys:
             yield Use(source, path, value)
         for name, entry in value.items():
-            if name not in definition.get("properties", {}) and isinstance(entry, dict) and _is_of(entry, definition):
+            if name not in keys and isinstance(entry, dict) and _is_of(entry, definition):
                 yield Use(source, (*path, name), entry)
 
 
