@@ -16,13 +16,12 @@ from femflex.assembly.orbits import build_orbit
 from femflex.body import FlexibleBody
 from femflex.case.body import BodyTable
 from femflex.case.case import Case
-from femflex.case.deploying import SHEETS, DeployingFunctionsTable, DeployingTable, ReelTable
+from femflex.case.deploying import SHEETS, DeployingFunctionsTable, DeployingTable
 from femflex.deployment import (
     DeployingBody,
     DeployingLine,
     DeployingStrip,
     ElementFunctions,
-    MaterialTaper,
     Reel,
     StringFunctions,
     StripFunctions,
@@ -68,8 +67,7 @@ def build_deploying(case: Case, name: str, table: DeployingTable, modes: int | N
         line, functions = _line(table), _line_functions(case, name, table, modes)
         if table.taper is not None:
             assert isinstance(length, Profile)
-            taper = MaterialTaper.table(table.taper.along, **table.taper.factors())
-            return deploying_tapered_line(line, taper, functions, length, **options)
+            return deploying_tapered_line(line, table.taper.material(), functions, length, **options)
         return deploying_line(line, functions, length, **options)
     except (ValueError, OSError) as error:
         raise CaseError(case.path.name, [Problem(f"bodies.{name}", str(error))]) from error
@@ -146,10 +144,9 @@ def _length_or_reel(case: Case, name: str, table: DeployingTable) -> Profile | R
     return table.length.profile(case.path.parent)
 
 
-def reel_of(name: str, table: ReelTable) -> Reel:
+def reel_of(name: str, reel: Reel) -> Reel:
     """The reel of the body of that name."""
-    values = table.model_dump(exclude={"inertia"})
-    return Reel(f"{name}_reel", mass=table.inertia, **values)
+    return reel.model_copy(update={"name": reel.name or f"{name}_reel"})
 
 
 def deploying_bodies(case: Case) -> dict[str, DeployingBody]:

@@ -7,9 +7,9 @@ from functools import partial
 import numpy as np
 
 from femflex.case.case import Case
-from femflex.case.matrices import MatricesTable, MatrixFilesTable
+from femflex.case.matrices import MatricesTable
 from femflex.fem.matrix_structure import MatrixStructure
-from femflex.matrices import MatrixModel, Sources, StatedMass, read_matrices
+from femflex.matrices import MatrixModel, StatedMass, read_matrices
 from femflex.matrices.body import matrix_body, without_rounding
 from femflex.reduction import ModeSet
 from femflex.reduction.matrices import MatrixBody
@@ -19,9 +19,7 @@ from femflex.reduction.modes.damping import Damping
 
 def matrix_model(case: Case, table: MatricesTable) -> MatrixModel:
     """The MatrixModel of the files of a body, with its spin."""
-    m = table.matrices
-    sources = Sources(file=m) if isinstance(m, str) else _sources(m)
-    model = read_matrices(sources, table.units, table.groups, case.path.parent)
+    model = read_matrices(table.matrices, table.units, table.groups, case.path.parent)
     return model if table.spin is None else model.spinning(table.spin.rate, table.spin.axis)
 
 
@@ -49,10 +47,3 @@ def _modes_of_matrices(structure: MatrixStructure, table: MatricesTable, modes: 
         return r.vibration_set(smoothed, modes)
     assert isinstance(r, Nodal | Stiff)
     return r.shapes(structure)[1]
-
-
-def _sources(m: MatrixFilesTable) -> Sources:
-    """The Sources of a table of matrix files: the files, and the names of matrices that are set."""
-    values = m.model_dump()
-    names = {role: name for role, name in values.pop("names").items() if name is not None}
-    return Sources(**values, names=names)

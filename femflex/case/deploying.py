@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import Field, StrictBool, model_validator
 
 from femflex.case.body_base import BodyTable
 from femflex.case.shape import MarkerTable
+from femflex.deployment.body import Reel
+from femflex.deployment.tapered import Taper
 from femflex.noun.table import Name, Orientation, Table, exactly_one, refuse
-from femflex.noun.values import MOST_FUNCTIONS, Count, Direction, Mass, Position, PositiveLength, Quantity, counted_noun
+from femflex.noun.values import MOST_FUNCTIONS, Count, Direction, Mass, Position, PositiveLength, Quantity
 from femflex.reduction.nouns import _Ratio
 from femflex.system.motion import Motion, MotionOf
 
@@ -67,58 +68,6 @@ class DeployingFunctionsTable(Table):
     for tethers and membranes whose tip is free."""
 
 
-class TaperTable(Table):
-    """Section and density that vary along the material: factors at points, straight between them."""
-
-    along: Annotated[tuple[float, ...], Quantity("m", (None,), least=0.0)]
-    """Distances of the points from the end that comes out first: the tip where the drum is at the root, the root where
-    it is at the tip. Ascending, at least two; the factors stay constant beyond the last one."""
-    mass: Annotated[tuple[float, ...] | None, Quantity("", (None,), above=0.0)] = None
-    """Factors on the mass per length. Default: 1."""
-    bending: Annotated[tuple[float, ...] | None, Quantity("", (None,), least=0.0)] = None
-    """Factors on EIy and EIz. Default: 1."""
-    axial: Annotated[tuple[float, ...] | None, Quantity("", (None,), least=0.0)] = None
-    """Factors on EA. Default: 1."""
-    torsion: Annotated[tuple[float, ...] | None, Quantity("", (None,), least=0.0)] = None
-    """Factors on GJ. Default: 1."""
-
-    def factors(self) -> dict[str, tuple[float, ...]]:
-        """The factors that the table has, by key."""
-        all_factors = {key: getattr(self, key) for key in ("mass", "bending", "axial", "torsion")}
-        return {key: values for key, values in all_factors.items() if values is not None}
-
-    @model_validator(mode="after")
-    def _keys_fit(self) -> TaperTable:
-        if len(self.along) < 2 or any(a >= b for a, b in pairwise(self.along)):
-            refuse(f"found along = {list(self.along)}; give at least two distances, ascending")
-        if not self.factors():
-            refuse("found a taper without factors; give mass, bending, axial or torsion")
-        for key, values in self.factors().items():
-            if len(values) != len(self.along):
-                number_text = counted_noun(len(values), "factor", "factors")
-                refuse(f"found {number_text} in {key} at {len(self.along)} points; give one at each")
-        return self
-
-
-class ReelTable(Table):
-    """A drum whose length is free: it pulls with tension + damping x speed + stiffness x (length - rest)."""
-
-    length: PositiveLength
-    """Deployed length at t = 0."""
-    speed: Annotated[float, Quantity("m/s")] = 0.0
-    """Rate of the deployed length at t = 0."""
-    tension: Annotated[float, Quantity("N")] = 0.0
-    """Constant pull of the drum; negative for a motor that pushes the member out."""
-    damping: Annotated[float, Quantity("N s/m", least=0.0)] = 0.0
-    """Brake: pull per rate of the length."""
-    stiffness: Annotated[float, Quantity("N/m", least=0.0)] = 0.0
-    """Pull per length beyond `rest`, as of a length controller."""
-    rest: Annotated[float, Quantity("m")] = 0.0
-    """Length at which `stiffness` does not pull."""
-    inertia: Annotated[float, Quantity("kg", least=0.0)] = 0.0
-    """Moment of inertia of the drum over its radius squared."""
-
-
 class DeployingTable(BodyTable):
     """A straight uniform member that grows out of its parent along a given length, with markers root and tip."""
 
@@ -130,7 +79,7 @@ class DeployingTable(BodyTable):
     length: Annotated[Motion | None, MotionOf("m")] = None
     """Deployed length: a value, or a profile over time such as { kind = "smooth_step", from = "5 m", to = "33 m", start
     = 0, end = "500 s" }. It must stay above zero and below `stock`. Default: it is free, and `reel` acts on it."""
-    reel: ReelTable | None = None
+    reel: Reel | None = None
     """Drum that acts on a free length. Its tension and the state of its length are reported as effector
     <body>_reel."""
     stock: PositiveLength | None = None
@@ -163,7 +112,7 @@ class DeployingTable(BodyTable):
     """Radius of gyration of the section's mass about z: root of int y^2 dm over the mass."""
     rotary_inertia: StrictBool = False
     """Rotary inertia of the sections in bending."""
-    taper: TaperTable | None = None
+    taper: Taper | None = None
     """Section and density that vary along the material. Only for beams and tethers with a given length. Default:
     uniform."""
     width: PositiveLength | None = None

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from femflex.case.body_base import BodyTable
+from femflex.matrices.read import Sources
 from femflex.noun.inertia import InertiaMatrix
 from femflex.noun.table import Name, Table, refuse
 from femflex.noun.values import Direction, Mass, Position, Quantity, Whole
@@ -14,48 +15,6 @@ from femflex.reduction.methods import Reduction
 from femflex.reduction.nouns import DampingTable
 
 ELEMENTS_ONLY = ("derivatives", "third_derivatives", "deflection", "responses", "spin")
-
-
-class MatrixNamesTable(Table):
-    """Names of the matrices in their files. Default: those that the formats use, such as MAAX, MAA, M."""
-
-    mass: str | None = None
-    """Name of the mass matrix."""
-    stiffness: str | None = None
-    """Name of the stiffness matrix."""
-    damping: str | None = None
-    """Name of the damping matrix."""
-    geometric: str | None = None
-    """Name of the geometric stiffness matrix."""
-
-
-class MatrixFilesTable(Table):
-    """Files of the matrices, the coordinates of nodes and the map of degrees of freedom, relative to the case file."""
-
-    file: str | None = None
-    """File that has all matrices: .npz, .h5, .mat, .op4, .op2, .pch, .bdf."""
-    mass: str | None = None
-    """File of the mass matrix alone, such as an .mtx."""
-    stiffness: str | None = None
-    """File of the stiffness matrix alone."""
-    damping: str | None = None
-    """File of the damping matrix alone. Default: none."""
-    geometric: str | None = None
-    """File of a geometric stiffness matrix of a steady stress, which is added to the stiffness. Default: none."""
-    nodes: str | None = None
-    """File with the coordinates of the nodes: .csv (number, x, y, z), Nastran GRID cards, an Abaqus input file, or
-    arrays. Default: those of `file`."""
-    dofs: str | None = None
-    """Map of degrees of freedom: a file with node and component 1 to 6 per row, or "xyz" or "xyzrxryrz", the same
-    components at every node in their order. Default: that of the files, or three or six a node by the size."""
-    names: MatrixNamesTable = Field(default_factory=MatrixNamesTable)
-    """Names of the matrices in their files."""
-
-    @model_validator(mode="after")
-    def _has_mass_and_stiffness(self) -> MatrixFilesTable:
-        if self.file is None and (self.mass is None or self.stiffness is None):
-            refuse("found neither file nor both of mass and stiffness; name the files that hold the matrices")
-        return self
 
 
 class SpinTable(Table):
@@ -72,7 +31,7 @@ class MatricesTable(BodyTable):
 
     kind: Literal["matrices"]
     """Selects this body: mass and stiffness matrices from files."""
-    matrices: str | MatrixFilesTable
+    matrices: str | Sources
     """File with matrices, coordinates and map of degrees of freedom, relative to the case file; or a table of files."""
     units: str = "m-kg-s"
     """Units of the files: length-mass-time or length-force-time, such as "mm-t-s" or "in-lbf-s"."""
@@ -98,8 +57,7 @@ class MatricesTable(BodyTable):
         """(key, file) of all files of the table, key after `matrices`."""
         if isinstance(self.matrices, str):
             return (("", self.matrices),)
-        entries = self.matrices.model_dump(exclude={"names"})
-        return tuple((f".{key}", name) for key, name in entries.items() if name and name not in ("xyz", "xyzrxryrz"))
+        return tuple((f".{key}", name) for key, name in self.matrices.files)
 
     @model_validator(mode="after")
     def _has_no_strain_keys(self) -> MatricesTable:

@@ -7,8 +7,8 @@ import math
 import sys
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Literal, NamedTuple, TypedDict, Unpack
+from dataclasses import replace
+from typing import Annotated, Any, Literal, NamedTuple, TypedDict, Unpack
 
 import numpy as np
 
@@ -23,6 +23,8 @@ from femflex.deployment.skin import deployed_skin
 from femflex.deployment.strip import DeployingStrip, StripFunctions, StripShapes
 from femflex.deployment.table import DeployingParts, deploying_variation
 from femflex.deployment.tapered import MaterialTaper, pieces_of, tapered_line, unit_factor
+from femflex.noun.table import Name, Table
+from femflex.noun.values import PositiveLength, Quantity
 from femflex.system import Effector, MovingPoints, Profile, Variation
 from femflex.warning import PhysicsWarning
 
@@ -194,7 +196,7 @@ def _deploying_body(shapes: MemberShapes, length: Profile | Reel, options: Deplo
         shapes, stock_length, at_tip, markers, lambda sigma: density * unit_factor(sigma), unit_factor
     )
     if isinstance(length, Reel):
-        variation = deploying_variation([parts], body, length.state, drum_mass=length.mass, **table_options)
+        variation = deploying_variation([parts], body, length.state, drum_mass=length.inertia, **table_options)
         return DeployingBody(body, variation, parts, shapes, (length.length, length.speed))
     start = (first, float(length(0.0)[1]))
     return DeployingBody(body, deploying_variation([parts], body, length, **table_options), parts, shapes, start)
@@ -317,34 +319,30 @@ def _points(shapes: MemberShapes, section_points: MaterialPoints, xi_rate: Array
     }
 
 
-@dataclass(frozen=True)
-class Reel:
-    """A drum that pulls on the member with a tension: F = -(tension + damping U + stiffness (L - rest)).
+class Reel(Table):
+    """A drum whose length is free: it pulls with tension + damping x speed + stiffness x (length - rest)."""
 
-    name        of the effector, whose states are "length" and "speed"
-    length      at t = 0 [m];  speed  at t = 0 [m/s]
-    tension     constant pull [N], negative for a motor that pushes the member out
-    damping     brake [N s/m]
-    stiffness   of a length controller [N/m];  rest  length at which it pulls with `tension` alone [m]
-    mass        inertia of the drum over its radius squared [kg]
+    name: Name = ""
+    """Name of its effector, whose states are length and speed. Default: that of the body with "_reel" added."""
+    length: PositiveLength
+    """Deployed length at t = 0."""
+    speed: Annotated[float, Quantity("m/s")] = 0.0
+    """Rate of the deployed length at t = 0."""
+    tension: Annotated[float, Quantity("N")] = 0.0
+    """Constant pull of the drum; negative for a motor that pushes the member out."""
+    damping: Annotated[float, Quantity("N s/m", least=0.0)] = 0.0
+    """Brake: pull per rate of the length."""
+    stiffness: Annotated[float, Quantity("N/m", least=0.0)] = 0.0
+    """Pull per length beyond `rest`, as of a length controller."""
+    rest: Annotated[float, Quantity("m")] = 0.0
+    """Length at which `stiffness` does not pull."""
+    inertia: Annotated[float, Quantity("kg", least=0.0)] = 0.0
+    """Moment of inertia of the drum over its radius squared."""
 
-    A run ends with an error where the length reaches zero or the stock.
-    """
-
-    name: str
-    length: float
-    speed: float = 0.0
-    tension: float = 0.0
-    damping: float = 0.0
-    stiffness: float = 0.0
-    rest: float = 0.0
-    mass: float = 0.0
-
-    def __post_init__(self) -> None:
-        if not self.length > 0.0:
-            raise ValueError(f"the initial length of reel {self.name!r} is {self.length:g} m; it must be positive")
-        if min(self.damping, self.stiffness, self.mass) < 0.0:
-            raise ValueError(f"damping, stiffness and mass of the reel {self.name!r} must be zero or positive")
+    @classmethod
+    def from_python(cls, keys: dict[str, Any]) -> dict[str, Any]:
+        """The keys; the inertia may also be called `mass`."""
+        return keys | ({"inertia": keys.pop("mass")} if "mass" in keys else {})
 
     @property
     def state(self) -> str:

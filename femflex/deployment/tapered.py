@@ -10,12 +10,14 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import pairwise
+from typing import Annotated
 
 import numpy as np
+from pydantic import model_validator
 
 from femflex.arrays import Array
 from femflex.deployment.intervals import gauss_between
@@ -24,6 +26,8 @@ from femflex.deployment.material import Inertia
 from femflex.deployment.parts import columns_of, with_columns
 from femflex.deployment.series import Series, added, evaluate, scaled
 from femflex.deployment.table import DeployingParts, MarkerSeries
+from femflex.noun.table import Table, refuse
+from femflex.noun.values import Quantity
 from femflex.reduction.beams.beam_functions import points_for
 from femflex.warning import PhysicsWarning
 
@@ -59,15 +63,8 @@ class MaterialTaper:
 
         Raises ValueError for points that do not ascend, or other numbers of factors.
         """
+        check_points(sigma, factors)
         points = np.asarray(sigma, float)
-        if len(points) < 2 or np.any(np.diff(points) <= 0.0) or points[0] < 0.0:
-            raise ValueError(
-                f"the points of a taper are {list(sigma)}; give at least two distances from the end that comes out "
-                "first, ascending from zero or more"
-            )
-        for name, values in factors.items():
-            if len(values) != len(points):
-                raise ValueError(f"{len(values)} factors on {name} are given at {len(points)} points; give one at each")
         if points[0] > 0.0:
             warnings.warn(
                 f"the taper of a deploying member begins {points[0]:g} m from the end that comes out first, and those "
@@ -77,6 +74,54 @@ class MaterialTaper:
             )
         functions = {name: partial(_straight, points, np.asarray(values, float)) for name, values in factors.items()}
         return cls(**functions, knots=tuple(float(x) for x in points if x > 0.0), covered=float(points[-1]))
+
+
+def check_points(sigma: Sequence[float], factors: Mapping[str, Sequence[float]]) -> None:
+    """Raise ValueError for points that do not ascend, or other numbers of factors."""
+    points = np.asarray(sigma, float)
+    if len(points) < 2 or np.any(np.diff(points) <= 0.0) or points[0] < 0.0:
+        raise ValueError(
+            f"the points of a taper are {list(sigma)}; give at least two distances from the end that comes out "
+            "first, ascending from zero or more"
+        )
+    for name, values in factors.items():
+        if len(values) != len(points):
+            raise ValueError(f"{len(values)} factors on {name} are given at {len(points)} points; give one at each")
+
+
+class Taper(Table):
+    """Section and density that vary along the material: factors at points, straight between them."""
+
+    along: Annotated[tuple[float, ...], Quantity("m", (None,), least=0.0)]
+    """Distances of the points from the end that comes out first: the tip where the drum is at the root, the root where
+    it is at the tip. Ascending, at least two; the factors stay constant beyond the last one."""
+    mass: Annotated[tuple[float, ...] | None, Quantity("", (None,), above=0.0)] = None
+    """Factors on the mass per length. Default: 1."""
+    bending: Annotated[tuple[float, ...] | None, Quantity("", (None,), least=0.0)] = None
+    """Factors on EIy and EIz. Default: 1."""
+    axial: Annotated[tuple[float, ...] | None, Quantity("", (None,), least=0.0)] = None
+    """Factors on EA. Default: 1."""
+    torsion: Annotated[tuple[float, ...] | None, Quantity("", (None,), least=0.0)] = None
+    """Factors on GJ. Default: 1."""
+
+    def factors(self) -> dict[str, tuple[float, ...]]:
+        """The factors that the table has, by key."""
+        all_factors = {key: getattr(self, key) for key in ("mass", "bending", "axial", "torsion")}
+        return {key: values for key, values in all_factors.items() if values is not None}
+
+    def material(self) -> MaterialTaper:
+        """The factors as functions along the material."""
+        return MaterialTaper.table(self.along, **self.factors())
+
+    @model_validator(mode="after")
+    def _keys_fit(self) -> Taper:
+        if not self.factors():
+            refuse("found a taper without factors; give mass, bending, axial or torsion")
+        try:
+            check_points(self.along, self.factors())
+        except ValueError as error:
+            refuse(str(error))
+        return self
 
 
 def _straight(points: Array, values: Array, sigma: Array) -> Array:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import Field, model_validator
 from scipy import sparse
 
 from femflex.arrays import Array, IntArray
@@ -15,6 +17,7 @@ from femflex.decks.units import Units, units_of
 from femflex.matrices.checks import SYMMETRIC, asymmetry, check_model, symmetric_part
 from femflex.matrices.contents import Contents, Entries, groups_from, read_contents
 from femflex.matrices.model import MatrixModel
+from femflex.noun.table import Table, refuse
 from femflex.reduction.boundary.rigid import DIRECTIONS
 
 # names of matrices in files, in order of preference; compared in upper case
@@ -28,26 +31,51 @@ ROLES = tuple(COMMON_NAMES)
 COMPONENTS_PER_NODE = {"xyz": 3, "xyzrxryrz": 6}  # orders of components, equal at every node -> components per node
 
 
-@dataclass(frozen=True)
-class Sources:
-    """Files that a model is read from; paths or names of files in one folder.
+class MatrixNames(Table):
+    """Names of the matrices in their files. Default: those that the formats use, such as MAAX, MAA, M."""
 
-    file       the file with all matrices, or None when each has its own
-    mass, stiffness, damping, geometric   files of single matrices
-    nodes      file with the coordinates of the nodes; None: those of `file`
-    dofs       file with the map of degrees of freedom, or "xyz" or "xyzrxryrz": the same components at every node, in
-               the order of the nodes; None: the map in the files, or one derived from the size of the matrices
-    names      role (mass, stiffness, damping, geometric) -> name of the matrix in its file
-    """
+    mass: str | None = None
+    """Name of the mass matrix."""
+    stiffness: str | None = None
+    """Name of the stiffness matrix."""
+    damping: str | None = None
+    """Name of the damping matrix."""
+    geometric: str | None = None
+    """Name of the geometric stiffness matrix."""
 
-    file: str | Path | None = None
-    mass: str | Path | None = None
-    stiffness: str | Path | None = None
-    damping: str | Path | None = None
-    geometric: str | Path | None = None
-    nodes: str | Path | None = None
-    dofs: str | Path | None = None
-    names: Mapping[str, str] = field(default_factory=dict)
+
+class Sources(Table):
+    """Files of the matrices, the coordinates of nodes and the map of degrees of freedom, relative to the case file."""
+
+    file: str | None = None
+    """File that has all matrices: .npz, .h5, .mat, .op4, .op2, .pch, .bdf."""
+    mass: str | None = None
+    """File of the mass matrix alone, such as an .mtx."""
+    stiffness: str | None = None
+    """File of the stiffness matrix alone."""
+    damping: str | None = None
+    """File of the damping matrix alone. Default: none."""
+    geometric: str | None = None
+    """File of a geometric stiffness matrix of a steady stress, which is added to the stiffness. Default: none."""
+    nodes: str | None = None
+    """File with the coordinates of the nodes: .csv (number, x, y, z), Nastran GRID cards, an Abaqus input file, or
+    arrays. Default: those of `file`."""
+    dofs: str | None = None
+    """Map of degrees of freedom: a file with node and component 1 to 6 per row, or "xyz" or "xyzrxryrz", the same
+    components at every node in their order. Default: that of the files, or three or six a node by the size."""
+    names: MatrixNames = Field(default_factory=MatrixNames)
+    """Names of the matrices in their files."""
+
+    @classmethod
+    def from_python(cls, keys: dict[str, Any]) -> dict[str, Any]:
+        """The keys, paths as texts."""
+        return {key: str(value) if isinstance(value, Path) else value for key, value in keys.items()}
+
+    @model_validator(mode="after")
+    def _has_mass_and_stiffness(self) -> Sources:
+        if self.file is None and (self.mass is None or self.stiffness is None):
+            refuse("found neither file nor both of mass and stiffness; name the files that hold the matrices")
+        return self
 
     @property
     def files(self) -> tuple[tuple[str, str], ...]:
@@ -75,11 +103,8 @@ def read_matrices(
 
     Raises ValueError if a file is missing, damaged, of unknown format or incomplete.
     """
-    sources = source if isinstance(source, Sources) else Sources(file=source)
+    sources = source if isinstance(source, Sources) else Sources(file=str(source))
     folder = Path(folder)
-    unknown = sorted(set(sources.names) - set(ROLES))
-    if unknown:
-        raise ValueError(f"names has {unknown}; the matrices are {', '.join(ROLES)}")
     read = {name: read_contents(folder / name) for _, name in sources.files}
     main = read[str(sources.file)] if sources.file is not None else None
     label = Path(str(sources.file or sources.mass or sources.stiffness or "matrices")).name
@@ -127,7 +152,7 @@ def _matrices_by_role(
     for role in ROLES:
         own_file = getattr(sources, role)
         file = read[str(own_file)] if own_file is not None else main or Contents()
-        name = _matrix_name(role, file, sources.names.get(role), own_file is not None, str(own_file or label))
+        name = _matrix_name(role, file, getattr(sources.names, role), own_file is not None, str(own_file or label))
         if name is not None:
             entries[role], names[role] = _real(file.matrices[name], role, name, str(own_file or label)), name
     for role in ("mass", "stiffness"):

@@ -142,7 +142,7 @@ def test_drums_of_loaded_bending_members_have_the_force_that_the_reels_give_at_a
     for name, reel in reels:
         acceleration = seen[f"bodies/{name}/length_acceleration"]
         assert acceleration == pytest.approx(rates[f"reel_{name}.speed"]) and abs(acceleration) > 1e-3
-        given = seen[f"bodies/{name}/drum_force"] + reel.mass * acceleration
+        given = seen[f"bodies/{name}/drum_force"] + reel.inertia * acceleration
         assert given == pytest.approx(-seen[f"effectors/reel_{name}/tension"], abs=1e-10)
         assert seen[f"effectors/reel_{name}/tension"] == pytest.approx(0.02 + 0.05 * reel.speed)
 
