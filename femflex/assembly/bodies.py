@@ -16,7 +16,7 @@ from femflex.assembly.extents import warn_of_doubtful_extents
 from femflex.assembly.functions import functions_of
 from femflex.assembly.matrices import build_matrix_body
 from femflex.assembly.open_choices import linear_strain_reason, stiffening_remedy
-from femflex.assembly.rigid_skins import rigid_skin
+from femflex.assembly.rigid_skins import central_inertia, rigid_skin
 from femflex.assembly.segments import build_segments
 from femflex.assembly.shared import shared_parts
 from femflex.assembly.structures import PLACE, build_mesh, build_modes, preload_of, structure_of
@@ -312,19 +312,8 @@ def marker_groups(table: FlexibleTable) -> dict[str, str]:
     }
 
 
-def _with_marker_axes(body: FlexibleBody, table: FlexibleTable) -> FlexibleBody:
-    """A segment whose markers have the orientations of the case."""
-    markers = dict(body.markers)
-    for key, entry in table.markers.items():
-        if key in markers and entry.orientation is not None:
-            markers[key] = markers[key].with_orientation(np.array(entry.orientation))
-    return replace(body, markers=markers)
-
-
 def _rigid_body(case: Case, table: RigidTable) -> FlexibleBody:
-    centre, J = np.array(table.center_of_mass), np.array(table.inertia)
-    if table.inertia_about == "origin":
-        J = J - table.mass * ((centre @ centre) * np.eye(3) - np.outer(centre, centre))
+    centre, J = np.array(table.center_of_mass), central_inertia(table)
     if table.imbalance is not None:
         offset = np.array([table.imbalance.static / table.mass, 0.0, 0.0])
         J = J - table.imbalance.dynamic * (np.eye(3)[[0]].T @ np.eye(3)[[2]] + np.eye(3)[[2]].T @ np.eye(3)[[0]])
@@ -392,6 +381,11 @@ def _with_markers(body: FlexibleBody, name: str, table: BodyTable) -> FlexibleBo
             if group not in markers:
                 raise ValueError(f"marker {key!r} needs marker {group!r} of body {name!r}, which has {sorted(markers)}")
             markers[key] = markers[group]
-        if entry.orientation is not None:
-            markers[key] = markers[key].with_orientation(np.array(entry.orientation))
-    return replace(body, markers=markers)
+    return _with_marker_axes(replace(body, markers=markers), table)
+
+
+def _with_marker_axes(body: FlexibleBody, table: BodyTable) -> FlexibleBody:
+    """The body whose markers have the orientations of the case."""
+    axes = {key: entry.orientation for key, entry in table.markers.items() if entry.orientation is not None}
+    turned = {key: marker.with_orientation(np.array(axes[key])) for key, marker in body.markers.items() if key in axes}
+    return replace(body, markers={**body.markers, **turned})

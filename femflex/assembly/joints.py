@@ -1,4 +1,4 @@
-"""Build the joints of a case, and the joint of the root body that [attitude] defines."""
+"""Build the joints and loops of a case, and the joint of the root body that [attitude] defines."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ from femflex.arrays import Array
 from femflex.body import Marker
 from femflex.case.case import Case
 from femflex.case.orbit import AttitudeTable
-from femflex.noun.problems import CaseError, Problem
+from femflex.noun.problems import CaseError, Problem, quoted_names
 from femflex.rotations import is_extrinsic, letters_of
 from femflex.system import Joint, Part, Segments, ball_coordinates, free, spherical, turns
 
+CUT_JOINT_KEYS = {"kind", "child", "parent", "child_marker", "parent_marker", "name", "axis", "axes", "play"}
 LIBRATION = "libration_axes"  # marker of the root body; the reported attitude is that of its axes
 
 
@@ -31,6 +32,23 @@ def build_joints(case: Case) -> list[Joint]:
     if problems:
         raise CaseError(case.path.name, problems)
     return joints
+
+
+def build_loops(case: Case) -> tuple[Joint, ...]:
+    """The cut joints of [[loops]]. Raises CaseError for keys that a cut joint does not have."""
+    problems = []
+    for table in case.loops:
+        extra = sorted(table.model_fields_set - CUT_JOINT_KEYS)
+        if extra:
+            where = f"loops[{table.name or table.child}].{extra[0]}"
+            text = (
+                f"found {quoted_names(extra)}; a loop has no coordinates of its own. Set them on a joint of "
+                "[[joints]], or cut the loop elsewhere"
+            )
+            problems.append(Problem(where, text))
+    if problems:
+        raise CaseError(case.path.name, problems)
+    return tuple(table.joint(case.path.parent) for table in case.loops)
 
 
 def root_joint(case: Case, bodies: Mapping[str, Part]) -> tuple[Joint | None, dict[str, Part]]:

@@ -52,14 +52,19 @@ def equivalent_box(table: RigidTable) -> Part:
 
     For a point mass, the cube of WATER that has its mass.
     """
-    centre, J = np.array(table.center_of_mass), np.array(table.inertia)
-    if table.inertia_about == "origin":
-        J = J - table.mass * ((centre @ centre) * np.eye(3) - np.outer(centre, centre))
-    principal, axes = np.linalg.eigh(J)
+    principal, axes = np.linalg.eigh(central_inertia(table))
     second = np.maximum(principal.sum() / 2 - principal, 0.0)
     axes = axes * np.sign(np.linalg.det(axes))
     size = np.sqrt(12 * second / table.mass) if second.any() else np.full(3, (table.mass / WATER) ** (1 / 3))
-    return box(np.maximum(size, 0.01 * size.max()), centre, axes)
+    return box(np.maximum(size, 0.01 * size.max()), np.array(table.center_of_mass), axes)
+
+
+def central_inertia(table: RigidTable) -> Array:
+    """Inertia (3, 3) about the centre of mass, without an imbalance [kg m^2]."""
+    centre, J = np.array(table.center_of_mass), np.array(table.inertia)
+    if table.inertia_about == "center_of_mass":
+        return J
+    return J - table.mass * ((centre @ centre) * np.eye(3) - np.outer(centre, centre))
 
 
 def _shape_part(case: Case, shape: BoxShape | CylinderShape | MeshShape) -> Part:

@@ -11,8 +11,7 @@ from femflex.assembly.bodies import build_bodies
 from femflex.assembly.craft import build_craft
 from femflex.assembly.deploying import with_deployment
 from femflex.assembly.initial import initial_shape
-from femflex.assembly.joints import build_joints, root_joint
-from femflex.assembly.loops import build_loops
+from femflex.assembly.joints import build_joints, build_loops, root_joint
 from femflex.assembly.orbits import build_environment, build_orbit
 from femflex.case.case import Case
 from femflex.noun.problems import CaseError, Problem

@@ -6,11 +6,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StrictBool, ValidationError, model_validator
 
-from femflex.case.sweep import Scattered, split_number
+from femflex.case.sweep import Scattered, numbers_of
 from femflex.noun.problems import CaseError
 from femflex.noun.sentences import schema_problems
 from femflex.noun.table import Table, refuse
-from femflex.noun.units import UnitError
 from femflex.noun.values import Count, Duration
 
 RATIOS = ("k_roll", "k_yaw")
@@ -36,13 +35,7 @@ class AxisTable(Table):
 
     def numbers(self) -> tuple[float, float, str]:
         """First and last value and their unit as it is written, "" for plain numbers."""
-        try:
-            (a, unit), (b, second_unit) = (split_number(value) for value in self.between)
-        except UnitError as error:
-            refuse(f"found {self.between}: {error}")
-        if unit != second_unit:
-            refuse(f"found {self.between}, in two units; write both in one")
-        return a, b, unit
+        return numbers_of(self.between)
 
 
 class StabilityTable(Table):

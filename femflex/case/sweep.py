@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -59,14 +60,18 @@ class VaryTable(Table):
 
     def numbers(self) -> tuple[float, float, str]:
         """The two numbers of a scatter and their unit as it is written, "" for plain numbers."""
-        pair = self.between or self.normal or [0.0, 0.0]
-        try:
-            (a, unit), (b, second_unit) = (split_number(value) for value in pair)
-        except UnitError as error:
-            refuse(f"found {pair}: {error}")
-        if unit != second_unit:
-            refuse(f"found {pair}, in two units; write both in one")
-        return a, b, unit
+        return numbers_of(self.between or self.normal or [0.0, 0.0])
+
+
+def numbers_of(pair: Sequence[float | str]) -> tuple[float, float, str]:
+    """Two numbers and their unit as it is written, "" for plain numbers; a problem of the table for two units."""
+    try:
+        (a, unit), (b, second_unit) = (split_number(value) for value in pair)
+    except UnitError as error:
+        refuse(f"found {pair}: {error}")
+    if unit != second_unit:
+        refuse(f"found {pair}, in two units; write both in one")
+    return a, b, unit
 
 
 def split_number(value: float | str) -> tuple[float, str]:

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from support.same_values import same_values
 
-from femflex.assembly.joints import build_joints
-from femflex.assembly.loops import build_loops
+from femflex.assembly.joints import build_joints, build_loops
 from femflex.case.read import parse_case
 from femflex.pipeline.decisions import build_system
 from femflex.system import (

@@ -14,7 +14,7 @@ from femflex.advice.stiffening import StiffeningWatch
 from femflex.arrays import Array
 from femflex.case import Case, read_case
 from femflex.case.campbell import CampbellTable
-from femflex.case.diagrams import spin_problems
+from femflex.case.crosscheck import spin_problems
 from femflex.dynamics import compile_system
 from femflex.dynamics.linear.character import motion_character
 from femflex.dynamics.linear.equilibrium import EquilibriumError, rest_equilibrium
