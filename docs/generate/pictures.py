@@ -1,7 +1,8 @@
 """Pictures of the shipped cases for the gallery: `python docs/generate/pictures.py [NAME ...]`.
 
 Each case runs once; its stills go to docs/gallery/NAME, small enough to be kept with the sources. Without names, the
-cases without pictures are drawn. A movie is replaced by a still. The page is then written again.
+cases without pictures are drawn. A movie is replaced by a still. The page is then written again. The names of COMMANDS
+draw pictures of other verbs for the how-to pages.
 """
 
 from __future__ import annotations
@@ -15,6 +16,15 @@ from pathlib import Path
 
 TOP = Path(__file__).resolve().parents[2]
 PICTURES = TOP / "docs" / "gallery"
+HOWTO = TOP / "docs" / "howto" / "pictures"
+COMMANDS = {
+    "bode": (
+        "linearize cases/panel_notch.toml --inputs markers/hub.origin/torque:y "
+        "--outputs attitude/angles:y,effectors/share/y"
+    ),
+    "regions": "stability cases/gravity_gradient.toml",
+    "convergence": "converge cases/panel_slew.toml --over modes",
+}
 WIDTH = 800  # pixels
 COLOURS = {"still": 128, "plot": 48}  # of the palette
 
@@ -29,13 +39,25 @@ def draw_case(case: Path) -> None:
     """Run a case with its pictures and keep its stills."""
     with tempfile.TemporaryDirectory() as temporary:
         cases = copy_case(case, Path(temporary))
-        command = [sys.executable, "-m", "femflex", "run", str(cases / case.name), "-o", str(cases / "run.h5")]
-        process = subprocess.run(
-            command, capture_output=True, text=True, cwd=TOP, env=os.environ | {"PYTHONPATH": str(TOP)}
-        )
-        if process.returncode:
-            raise RuntimeError(f"{case.name} failed: {process.stderr}")
+        femflex("run", str(cases / case.name), "-o", str(cases / "run.h5"))
+        shutil.rmtree(PICTURES / case.stem, ignore_errors=True)
         store_stills(cases.glob("run*.png"), PICTURES / case.stem)
+
+
+def draw_command(name: str) -> None:
+    """Keep the picture of a verb for a how-to page."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, f"{name}.png")
+        femflex(*COMMANDS[name].split(), "-o", str(path))
+        store_stills([path], HOWTO)
+
+
+def femflex(*arguments: str) -> None:
+    """Run a verb of this clone."""
+    command, environment = [sys.executable, "-m", "femflex", *arguments], os.environ | {"PYTHONPATH": str(TOP)}
+    process = subprocess.run(command, capture_output=True, text=True, cwd=TOP, env=environment)
+    if process.returncode:
+        raise RuntimeError(f"{' '.join(arguments)} failed: {process.stderr}")
 
 
 def copy_case(case: Path, folder: Path) -> Path:
@@ -53,11 +75,10 @@ def copy_case(case: Path, folder: Path) -> Path:
 
 
 def store_stills(pictures: object, folder: Path) -> None:
-    """Replace the pictures in a folder by small copies of these: WIDTH pixels wide, COLOURS colours."""
+    """Put small copies of pictures into a folder: WIDTH pixels wide, COLOURS colours."""
     from PIL import Image
 
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
+    folder.mkdir(parents=True, exist_ok=True)
     for path in sorted(pictures):  # type: ignore[call-overload]
         with Image.open(path) as image:
             picture = image.convert("RGB")
@@ -74,6 +95,8 @@ def main(names: list[str]) -> None:
     sys.path[:0] = [str(TOP / "docs"), str(TOP)]
     from generate import gallery
 
+    for name in sorted(COMMANDS.keys() & set(names)):
+        draw_command(name)
     for case in gallery.shipped_cases():
         if case.stem in names or (not names and not case_pictures(case.stem)):
             print(case.stem, flush=True)

@@ -70,6 +70,11 @@ def test_links_lead_to_files(path: Path):
             assert linked.exists() or (linked.parent.name == "generated" and linked.name in GENERATED), target
 
 
+@pytest.mark.parametrize("path", [p for p in PAGES if p.parent.name == "howto" and p.name != "index.md"], ids=name_of)
+def test_a_howto_page_begins_with_a_picture(path: Path):
+    assert re.match(r"# .*\n\n!\[[^]]{10,}\]\(\S+\.png\)\n", path.read_text(encoding="utf-8"))
+
+
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row["what"][:60])
 def test_a_row_of_the_validation_names_a_command_that_exists(row: dict[str, str]):
     assert set(row) == {"what", "answer", "femflex", "command"} and all(row.values())
