@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import inspect
 import subprocess
 import sys
@@ -39,6 +40,12 @@ def test_public_name_exists_and_is_documented(name: str):
     item = getattr(femflex, name)
     assert name == "__version__" or len(inspect.getdoc(item) or "") > 20
     assert name in dir(femflex)
+
+
+@pytest.mark.parametrize("package", "effectors fem mesh reduction results studies system view".split())
+def test_completion_in_a_package_offers_its_public_names(package: str):
+    module = importlib.import_module(f"femflex.{package}")
+    assert set(dir(module)) == set(module.__all__) and all(hasattr(module, name) for name in module.__all__)
 
 
 def test_importing_femflex_loads_nothing_heavy():

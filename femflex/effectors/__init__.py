@@ -111,3 +111,8 @@ __all__ = [
     "unbalanced_rotor",
     "with_heavy_cable",
 ]
+
+
+def __dir__() -> list[str]:
+    """Public names, for completion."""
+    return __all__

@@ -46,3 +46,8 @@ __all__ = [
 
 for _module in walk_packages(__path__, f"{__name__}."):
     import_module(_module.name)
+
+
+def __dir__() -> list[str]:
+    """Public names, for completion."""
+    return __all__

@@ -6,3 +6,8 @@ from femflex.mesh.io import read_mesh, write_mesh
 from femflex.mesh.mesh import Mesh, describe
 
 __all__ = ["Mesh", "annulus", "box", "check", "describe", "line", "read_mesh", "rectangle", "write_mesh"]
+
+
+def __dir__() -> list[str]:
+    """Public names, for completion."""
+    return __all__

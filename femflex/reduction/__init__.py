@@ -89,3 +89,8 @@ __all__ = [
     "with_sheet_bends",
     "with_third_derivatives",
 ]
+
+
+def __dir__() -> list[str]:
+    """Public names, for completion."""
+    return __all__

@@ -38,3 +38,8 @@ from femflex.results.resume import ResumePoint, resume_point
 from femflex.results.writer import RunWriter, add_channels
 
 __all__ = ["FileLock", "ResumePoint", "Run", "RunBody", "RunWriter", "add_channels", "open_run", "resume_point"]
+
+
+def __dir__() -> list[str]:
+    """Public names, for completion."""
+    return __all__

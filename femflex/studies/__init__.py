@@ -44,3 +44,8 @@ __all__ = [
     "strain_forms",
     "with_recommended_level",
 ]
+
+
+def __dir__() -> list[str]:
+    """Public names, for completion."""
+    return __all__

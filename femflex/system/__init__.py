@@ -102,3 +102,8 @@ __all__ = [
     "with_attached",
     "with_effectors",
 ]
+
+
+def __dir__() -> list[str]:
+    """Public names, for completion."""
+    return __all__

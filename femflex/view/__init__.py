@@ -25,3 +25,8 @@ __all__ = [
     "render_movie",
     "render_picture",
 ]
+
+
+def __dir__() -> list[str]:
+    """Public names, for completion."""
+    return __all__
