@@ -14,6 +14,7 @@ from femflex.view.units import round_below
 DIRECTIONS = 64
 MOST_ROWS = 2000  # rows of a run that are examined
 VISIBLE = 0.08  # of the size: the displacement that an automatic scale aims at
+MOST_MAGNIFIED = 1000.0  # smaller displacements are left to their colours
 
 
 def outer_points(skin: Skin) -> IntArray:
@@ -75,10 +76,10 @@ def cloud(motion: Motion, skins: dict[str, Skin], scale: float, arms: dict[str, 
 
 
 def automatic_scale(largest: float, size: float) -> float:
-    """A round magnification that shows a displacement [m] on a craft of that size [m]; never below 1."""
+    """A round magnification, 1 to 1000, that shows a displacement [m] on a craft of that size [m]."""
     if not largest > 0:
         return 1.0
-    return max(1.0, round_below(VISIBLE * size / largest))
+    return min(max(1.0, round_below(VISIBLE * size / largest)), MOST_MAGNIFIED)
 
 
 def skins_of(bodies: dict[str, RunBody]) -> dict[str, Skin]:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 WIDTH, HEIGHT, TITLE = 9.0, 2.5, 0.5  # inches: of the figure, of one pair of axes, of the title
+DASHES = ("-", "--", ":")  # of the curves, when their colours are used up
 LEGEND_ROWS = 8  # more curves than this are named in several columns
 AWAY = 3.0  # times the range of the first run by which a second may exceed it and still be shown completely
 SHOWN = 1.0  # of that range, shown beyond it if the second run exceeds that limit
@@ -78,23 +79,26 @@ def plot_histories(
 ) -> Path:
     """Path of a picture (.png or .svg) of channels over time, one pair of axes for every unit.
 
-    channels as in `curves_of`; by default attitude angles, largest deflections and energy minus work.
+    channels as in `curves_of`; by default attitude angles, largest deflections and energy minus work. Without several
+    curves on any axes their names stand at the ordinates.
     second_run: a second run, drawn over the first in thin dashed lines of the same colours.
     """
     groups, sheet = curves_of(run, channels, degrees, second_run), Sheet(path, title_of(run, second_run), **options)
     axes, colours = sheet.rows(len(groups)), sheet.colours
     seconds, unit = time_unit(max(run.duration, 0.0 if second_run is None else second_run.duration))
+    single = second_run is None and all(len(group) == 1 for group in groups)  # the ordinate names the curve
     for ax, group in zip(axes, groups, strict=True):
         for curve, style in styled(group, colours):
             ax.plot(curve.time / seconds, curve.values, **style)
-        ax.set_ylabel(ordinate(group))
+        name = group[0].label if single and group[0].label != group[0].quantity else ""
+        ax.set_ylabel(f"{name}\n{ordinate(group)}".strip())
         ax.margins(x=0)
         fit_limits(ax, group)
         shade_eclipses(ax, run, seconds, colours)
         if second_run is not None:
             name_second(ax, group, run, second_run, colours)
             mark_end(ax, group, second_run, (seconds, unit), colours)
-        finish(ax, group, colours)
+        finish(ax, [] if single else group, colours)
     axes[-1].set_xlabel(f"time [{unit}]")
     return sheet.save()
 
@@ -115,18 +119,18 @@ def with_superscripts(unit: str) -> str:
 
 
 def styled(group: list[Curve], colours: Theme) -> list[tuple[Curve, dict[str, Any]]]:
-    """The curves with colour, line and name; those of a second run dashed, in the colours of the first, unnamed."""
-    order = list(dict.fromkeys(curve.label for curve in group))
-    return [
-        (
-            curve,
-            {
-                "color": colours.lines[order.index(curve.label) % len(colours.lines)],
-                **(dashed_style() if curve.second else {"linewidth": 1.2, "label": curve.label}),
-            },
-        )
-        for curve in group
-    ]
+    """The curves with colour, line and name; those of a second run dashed, in the colours of the first, unnamed.
+
+    Without a second run, further curves have other dashes where the colours are used up.
+    """
+    order, count = list(dict.fromkeys(curve.label for curve in group)), len(colours.lines)
+    dashes = ("-",) if any(curve.second for curve in group) else DASHES
+    pairs = []
+    for curve in group:
+        k = order.index(curve.label)
+        line = {"linewidth": 1.2, "label": curve.label, "linestyle": dashes[k // count % len(dashes)]}
+        pairs.append((curve, {"color": colours.lines[k % count], **(dashed_style() if curve.second else line)}))
+    return pairs
 
 
 def finish(ax: Axes, group: Sequence[object], colours: Theme, inside: bool = False) -> None:

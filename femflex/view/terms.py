@@ -11,7 +11,7 @@ import numpy as np
 
 from femflex.arrays import Array, IntArray
 from femflex.results import Run
-from femflex.view.plot import HEIGHT, TITLE, WIDTH, PlotOptions, Sheet, finish, title_of, with_superscripts
+from femflex.view.plot import DASHES, HEIGHT, TITLE, WIDTH, PlotOptions, Sheet, finish, title_of, with_superscripts
 from femflex.view.surroundings import shade_eclipses
 from femflex.view.theme import Theme
 from femflex.view.units import time_unit
@@ -26,7 +26,6 @@ CANCELLED = 0.5  # of the sum of the sizes of the inertia terms: if their sum is
 RARE, SPIKE = 2.0, 2.5  # percent of the instants; spikes this many times beyond the other values are cut off
 STRIP, TERMS = 0.5, 1.35  # heights of the strip of the motion and of the terms, in those of a plot's axes
 SHARES = "share of mean magnitudes"  # of the percentages of the legend
-DASHES = ("-", "--", ":")  # of the curves, when their colours are used up
 
 
 @dataclass(frozen=True)

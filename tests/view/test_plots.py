@@ -132,6 +132,7 @@ def test_histories_have_the_data_of_their_channels(tmp_path, sine_run, drawn_fig
     ten_components, angle, deflection = figure.axes
     assert figure.get_size_inches() == pytest.approx([9.0, 3 * 2.5 + 0.5]) and figure.keywords["dpi"] == 31
     assert [line.get_label() for line in ten_components.lines] == [str(k + 1) for k in range(10)]
+    assert len({(line.get_color(), line.get_linestyle()) for line in ten_components.lines}) == 10
     for k, line in enumerate(ten_components.lines):
         np.testing.assert_allclose(line.get_data(), [sine_run.time, sine_run["many"][:, k]])
     assert (ten_components.get_ylabel(), angle.get_ylabel(), deflection.get_ylabel()) == (
@@ -143,6 +144,12 @@ def test_histories_have_the_data_of_their_channels(tmp_path, sine_run, drawn_fig
     assert [line.get_label() for line in deflection.lines] == ["mast.top x", "mast.top y"]
     assert figure.get_suptitle() == "made" and figure.axes[-1].get_xlabel() == "time [s]"
     assert ten_components.get_xlim() == pytest.approx((100, 140)) and ten_components.get_title() == ""
+
+
+def test_a_single_curve_is_named_at_its_ordinate(tmp_path, sine_run, drawn_figure):
+    plot_histories(sine_run, tmp_path / "a.png", ["many:3"])
+    (ax,) = drawn_figure().axes
+    assert ax.get_ylabel() == "3\nmany [N m$^{2}$]" and ax.get_legend() is None
 
 
 def test_spectra_have_the_peaks_of_their_sines(tmp_path, sine_run, drawn_figure):
