@@ -32,6 +32,7 @@ from femflex.view.window import Image, open_window, place_camera, screenshot_of
 
 TIP = 0.055  # radius of the arrow heads of a body's axes, parts of the shortest
 MOST_NAMES = 8  # names of bodies; more would cover the picture
+GREY_NOTE = "grey: no such quantity"  # by members of another family, or bodies without it
 BAR_NOTE = "scale of the whole run"  # text under the colour bar; a scale of one instant would flicker in a movie
 
 
@@ -157,6 +158,13 @@ class Scene:
         text = f"{'orbital' if orbital else 'inertial'} axes" + "; arrows on bodies: x, y, z" * bool(self._triads)
         add_text(self._plotter.renderer, text, (0.02, 0.035), size[1] / 48, look.colours.faint, "left bottom")
 
+    def _has_grey(self) -> bool:
+        """Whether a flexible body, or a part of it, lacks the quantity that colours the others."""
+        paints = self._plan.paints
+        flexible = [name for name, skin in self._plan.skins.items() if len(skin.shapes)] if paints else []
+        rest = {name: np.zeros(len(self._run.bodies()[name].skin.shapes)) for name in flexible if name in paints}
+        return any(name not in paints or np.isnan(paints[name].values(rest[name])).any() for name in flexible)
+
     def _add_texts(self, look: Look, size: tuple[int, int], note: str) -> Any:
         theme, renderer, plan, (width, height) = look.colours, self._plotter.renderer, self._plan, size
         add_length_scale(renderer, plan.view.pixels(1), theme, size)
@@ -169,9 +177,10 @@ class Scene:
                 add_text(renderer, scale_text, (0.98, 0.035), height / 40, theme.text, "right bottom")
             colours = theme.light_map() if look.colour == LIGHT else theme.colour_map(plan.bar.signed)
             add_colour_bar(renderer, plan.bar, colours, theme, size)
-            if len(self._run) > 1 and look.colour != LIGHT:
-                position_below_bar = (1 - 0.025 * height / width, BAR_HEIGHT[0] - 0.055)
-                add_text(renderer, BAR_NOTE, position_below_bar, height / 48, theme.faint, "right bottom")
+            notes = [BAR_NOTE] * (len(self._run) > 1) + [GREY_NOTE] * self._has_grey()
+            if notes and look.colour != LIGHT:
+                position_below_bar = (1 - 0.025 * height / width, BAR_HEIGHT[0] - 0.025)
+                add_text(renderer, "\n".join(notes), position_below_bar, height / 48, theme.faint, "right top")
         if note:
             add_text(renderer, note, (0.55, 0.035), height / 40, theme.faint, "center bottom")
         return add_text(renderer, "", (0.98, 0.965), height / 32, theme.text, "right top")
