@@ -75,6 +75,20 @@ def cloud(motion: Motion, skins: dict[str, Skin], scale: float, arms: dict[str, 
     return np.concatenate([*clouds, *(line[:, None] for line in (*motion.traces.values(), *ends))], axis=1)
 
 
+def largest_shift(motion: Motion, skins: dict[str, Skin], k: int) -> Array:
+    """The largest elastic displacement (3,) [m] of a point at instant k, in the camera's frame."""
+    largest = np.zeros(3)
+    for name, skin in skins.items():
+        delta = motion.delta.get(name)
+        if delta is None or delta.shape[1] != len(skin.shapes) or not len(skin.shapes):
+            continue
+        shifts = np.einsum("s,spa->pa", delta[k], skin.shapes)
+        shift = shifts[np.argmax(np.linalg.norm(shifts, axis=1))]
+        if np.linalg.norm(shift) > np.linalg.norm(largest):
+            largest = motion.attitude[name][k] @ shift
+    return largest
+
+
 def automatic_scale(largest: float, size: float) -> float:
     """A round magnification, 1 to 1000, that shows a displacement [m] on a craft of that size [m]."""
     if not largest > 0:

@@ -11,6 +11,7 @@ from femflex.arrays import Array
 VIEW_ANGLE = np.deg2rad(24.0)  # vertical; long lenses distort less
 ELEVATIONS = np.deg2rad([24.0])
 AZIMUTHS = np.deg2rad([-60.0, -30.0, 30.0, 60.0, 120.0, 150.0, 210.0, 240.0])
+HIDDEN = 0.25  # share of its area that counts from where a displacement is not seen
 FIRST_BONUS = 1.1  # another direction must have a larger area by this factor
 
 
@@ -106,8 +107,12 @@ def fit_camera_clear_of_corner(
     return max(views, key=lambda candidate: candidate.pixels(1))
 
 
-def best_direction(cloud: Array, up: Array) -> Array:
-    """The direction (3,) from which a cloud (n, 3) [m] has the largest area on the screen."""
+def best_direction(cloud: Array, up: Array, shift: Array | None = None) -> Array:
+    """The direction (3,) from which a cloud (n, 3) [m] has the largest area on the screen.
+
+    shift: (3,) [m] a displacement that should be seen: along the line of sight it reduces the area to HIDDEN of it
+    """
+    length = 0.0 if shift is None else float(np.linalg.norm(shift))
     horizontal = np.array([1.0, 0.0, 0.0]) if abs(up[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
     horizontal = horizontal - up * (up @ horizontal)
     horizontal /= np.linalg.norm(horizontal)
@@ -116,8 +121,11 @@ def best_direction(cloud: Array, up: Array) -> Array:
     for k, (elevation, azimuth) in enumerate((e, a) for e in ELEVATIONS for a in AZIMUTHS):
         level = np.cos(azimuth) * horizontal + np.sin(azimuth) * second_horizontal
         towards = np.cos(elevation) * level + np.sin(elevation) * up
-        flat = cloud @ screen_axes(towards, up)[:2].T
+        screen = screen_axes(towards, up)[:2]
+        flat = cloud @ screen.T
         area = np.sqrt(max(np.linalg.det(np.cov(flat.T)), 0.0)) * (FIRST_BONUS if k == 0 else 1.0)
+        if shift is not None and length > 0:
+            area *= HIDDEN + (1 - HIDDEN) * np.linalg.norm(screen @ shift) / length
         if area > largest_area * (1 + 1e-9):
             best, largest_area = towards, area
     return best

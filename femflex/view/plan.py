@@ -10,7 +10,7 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.body import Skin
 from femflex.results import Run
-from femflex.view.extent import automatic_scale, cloud, displacement, outer_skins, skins_of
+from femflex.view.extent import automatic_scale, cloud, displacement, largest_shift, outer_skins, skins_of
 from femflex.view.framing import Margins, View, best_direction, fit_camera, fit_camera_clear_of_corner
 from femflex.view.look import Look
 from femflex.view.motion import chosen_camera, motion, traced_markers
@@ -89,7 +89,8 @@ def plan_scene(run: Run, look: Look, time: float | None = None) -> ScenePlan:
         instants = np.array([peak if time is None else time])
     moving = motion(run, instants, camera, body, look.traces, scale)
     points = cloud(moving, thin, scale, arms, SIGHT * size)
-    view = _camera_view(points.reshape(-1, 3), look, camera, largest > TINY or look.colour != "displacement")
+    shift = largest_shift(moving, thin, int(np.argmin(np.abs(instants - peak)))) if largest > TINY else None
+    view = _camera_view(points.reshape(-1, 3), look, camera, largest > TINY or look.colour != "displacement", shift)
     paints, bar = ({}, sunlight_bar(run)) if look.colour == LIGHT else paints_of(run, bodies, look.colour)
     if look.colour == "displacement":
         bar = colour_bar(largest) if largest > TINY else None
@@ -116,9 +117,9 @@ def _end_of_visible_motion(instants: Array, points: Array, end: float, size: flo
     return end_of_movie if end_of_movie - instants[0] < SHORTER * (end - instants[0]) else end
 
 
-def _camera_view(points: Array, look: Look, camera: str, bar: bool) -> View:
+def _camera_view(points: Array, look: Look, camera: str, bar: bool, shift: Array | None) -> View:
     up = np.array([0.0, 1.0, 0.0]) if camera == "orbital" else np.array([0.0, 0.0, 1.0])
-    towards = best_direction(points, up) if look.view is None else np.asarray(look.view, float)
+    towards = best_direction(points, up, shift) if look.view is None else np.asarray(look.view, float)
     aspect = look.size[0] / look.size[1]
     margins = Margins(right=0.25 / aspect if bar else 0.04)
     if not look.triads:

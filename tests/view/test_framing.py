@@ -13,7 +13,7 @@ from support.made_runs import box_skin, flexible
 from femflex.body import Skin, rigid_body
 from femflex.results import RunWriter, open_run
 from femflex.system import Channel
-from femflex.view.framing import VIEW_ANGLE, Margins, fit_camera
+from femflex.view.framing import VIEW_ANGLE, Margins, best_direction, fit_camera
 from femflex.view.look import Look
 from femflex.view.motion import motion
 from femflex.view.plan import plan_scene
@@ -26,6 +26,17 @@ def on_screen(points, view, aspect):
     x, y, z = view.axes @ (points - view.position).T
     t = np.tan(VIEW_ANGLE / 2)
     return np.column_stack([0.5 + 0.5 * x / (z * t * aspect), 0.5 + 0.5 * y / (z * t)])
+
+
+def test_a_displacement_along_the_line_of_sight_turns_the_camera():
+    """A sheet across the line of sight of its best view, displaced along it."""
+    u = np.linspace(-1.0, 1.0, 5)
+    up = np.array([0.0, 0.0, 1.0])
+    line = np.stack([np.zeros(25), np.repeat(u, 5), np.tile(u, 5)], axis=1)
+    towards = best_direction(line, up)
+    turned = best_direction(line, up, shift=towards)
+    assert abs(turned @ towards) < 0.7 < abs(towards[0])
+    assert best_direction(line, up, shift=np.cross(towards, up)) == pytest.approx(towards)
 
 
 @pytest.mark.parametrize("seed", range(3))
