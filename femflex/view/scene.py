@@ -161,9 +161,11 @@ class Scene:
     def _has_grey(self) -> bool:
         """Whether a flexible body, or a part of it, lacks the quantity that colours the others."""
         paints = self._plan.paints
-        flexible = [name for name, skin in self._plan.skins.items() if len(skin.shapes)] if paints else []
-        rest = {name: np.zeros(len(self._run.bodies()[name].skin.shapes)) for name in flexible if name in paints}
-        return any(name not in paints or np.isnan(paints[name].values(rest[name])).any() for name in flexible)
+        for name, body in self._run.bodies().items():
+            if paints and body.skin is not None and (count := len(body.skin.shapes)):
+                if name not in paints or np.isnan(paints[name].values(np.zeros(count))).any():
+                    return True
+        return False
 
     def _add_texts(self, look: Look, size: tuple[int, int], note: str) -> Any:
         theme, renderer, plan, (width, height) = look.colours, self._plotter.renderer, self._plan, size
