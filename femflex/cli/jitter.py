@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -89,6 +90,8 @@ def print_budget(budget: Budget, verbose: bool) -> None:
     print_line("band", f"{budget.edges[0]:.4g} to {budget.edges[-1]:.4g} Hz, {len(budget.modes)} vibration modes in it")
     if len(moving) < len(budget.names):
         print_line("at rest", ", ".join(name for name in budget.names if name not in names))
+    for source, (ratio, frequency) in budget.notches().items():
+        print_line("notch", f"{source} by at most {10.0 * math.log10(ratio):.3g} dB, at {frequency:.4g} Hz")
     limits, rows = budget.limits(), []
     for k, name, unit, factor in zip(moving, names, units, factors, strict=True):
         rms, limit = budget.rms[k], limits[k]

@@ -9,6 +9,7 @@ from pydantic import model_validator
 
 from femflex.arrays import Array
 from femflex.disturbances.disturbance import Source, check_frequencies, log_interpolated
+from femflex.noun.table import refuse
 from femflex.noun.values import Direction, Quantity
 
 ACCELERATION_PSD = "m^2/s^4/Hz"
@@ -37,11 +38,23 @@ class BaseVibration(BaseMotion):
     """Frequencies of the table, rising; the spectrum is zero outside of them."""
     psd: Annotated[tuple[float, ...], Quantity(ACCELERATION_PSD, (None,), least=0.0)]
     """One-sided spectral density of the acceleration, straight on log axes; also texts such as "0.04 g0^2/Hz"."""
+    interface: str | None = None
+    """Channel of the force between base and craft, such as "joints/clamp/force:y", for a notch by a limit of force."""
+    force: Annotated[tuple[float, ...], Quantity("N^2/Hz", (None,), above=0.0)] | None = None
+    """Largest spectral density of that force at the frequencies; the acceleration is lowered where it would be more."""
 
     @model_validator(mode="after")
     def _rows_fit(self) -> BaseVibration:
-        check_frequencies(self.frequencies, {"psd": len(self.psd)})
+        check_frequencies(
+            self.frequencies, {"psd": len(self.psd), **({"force": len(self.force)} if self.force else {})}
+        )
+        if (self.interface is None) != (self.force is None):
+            refuse("found one of interface and force alone; they go together")
         return self
+
+    def force_limit(self, frequencies: Array) -> Array:
+        """Largest spectral density (n,) [N^2/Hz] of the force of the interface at frequencies (n,) [Hz]."""
+        return log_interpolated(frequencies, np.array(self.frequencies), np.array(self.force))
 
     def spectrum(self, frequencies: Array) -> Array:
         """One-sided spectral density (n, 1) [(m/s^2)^2/Hz] at frequencies (n,) [Hz]."""

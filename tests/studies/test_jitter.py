@@ -228,6 +228,22 @@ def test_beam_on_a_shaken_base_has_the_motion_of_its_exact_modes():
     assert budget.rms_of("acceleration:y")[0] == pytest.approx(np.sqrt(np.trapezoid(np.abs(total) ** 2, f)), rel=1e-3)
 
 
+def test_notch_keeps_the_force_of_the_interface_at_its_limit():
+    table = 'd = { kind = "base", direction = [0, 1, 0], frequencies = [0.1, 300], psd = [1, 1], NOTCH }'
+    notch = 'interface = "joints/clamp/force:y", force = [4, 4]'
+    text = BEAM.replace("RATIO", "0.01") + table
+    budget = jitter(parse_case(text.replace("NOTCH", notch), Path("case.toml")))
+    w, gamma, _ = exact_modes(6)
+    s = 2j * np.pi * budget.frequencies[:, None]
+    mass = np.abs(1.0 + (-(gamma**2) * s**2 / (s**2 + 0.02 * w * s + w**2)).sum(axis=1))  # apparent, of 1 kg
+    expected = np.sqrt(budget.weights @ np.where(budget.frequencies <= 300.0, np.minimum(mass**2, 4.0), 0.0))
+    assert budget.rms_of("clamp")[0] == pytest.approx(expected, rel=1e-3)
+    ratio, frequency = budget.notches()["d"]
+    assert ratio == pytest.approx(mass.max() ** 2 / 4.0, rel=1e-2) and frequency == pytest.approx(
+        w[0] / (2 * np.pi), rel=1e-2
+    )
+
+
 def test_structural_damping_limits_a_resonance():
     w, _, tip = exact_modes(1)
     f = w[0] / (2 * np.pi)

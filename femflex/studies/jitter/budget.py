@@ -16,7 +16,7 @@ import numpy as np
 
 from femflex.arrays import Array, ComplexArray
 from femflex.case import Case
-from femflex.disturbances import Line, Shock, WheelDisturbance
+from femflex.disturbances import BaseVibration, Line, Shock, WheelDisturbance
 from femflex.noun.problems import suggestion_text
 from femflex.studies.jitter.plant import Mode, Plant, jitter_plant
 from femflex.studies.jitter.quadrature import cumulative, frequency_panels
@@ -115,6 +115,17 @@ class Budget:
         outputs = self.plant.table.outputs
         return [outputs[name.partition(":")[0]].limit for name in self.names]
 
+    def notches(self) -> dict[str, tuple[float, float]]:
+        """Of each source that a limit of force notches: largest ratio of the densities [1], and its frequency [Hz]."""
+        out = {}
+        for name, noun in self.plant.sources.items():
+            if name in self.contributions and isinstance(noun, BaseVibration) and noun.interface:
+                full = noun.spectrum(self.frequencies)[:, 0]
+                ratio = full / np.where(full > 0.0, self.plant.spectrum(self.frequencies, name)[:, 0], 1.0)
+                k = int(np.argmax(ratio))
+                out[name] = (float(ratio[k]), float(self.frequencies[k]))
+        return out
+
     def shocks(self) -> dict[str, tuple[Array, Array, Array]]:
         """Peaks of the outputs under each shock: SRSS (n_out,), CQC (n_out,), and of each mode (n_modes, n_out)."""
         shocks = [name for name, noun in self.plant.sources.items() if isinstance(noun, Shock)]
@@ -192,7 +203,7 @@ def _band(plant: Plant) -> tuple[float, float]:
 
 def _random(plant: Plant, name: str, modes: Sequence[Mode], frequencies: Array, weights: Array) -> tuple[Array, Array]:
     """Spectral densities (n, n_out) of the outputs, and the parts (n_modes + 1, n_out) of their mean squares."""
-    spectrum = plant.sources[name].spectrum(frequencies)
+    spectrum = plant.spectrum(frequencies, name)
     if not spectrum.any():
         return np.zeros((len(frequencies), len(plant.names))), np.zeros((len(modes) + 1, len(plant.names)))
     H = plant.response(frequencies, name)

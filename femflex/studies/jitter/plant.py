@@ -15,7 +15,15 @@ import numpy as np
 
 from femflex.arrays import Array, ComplexArray
 from femflex.case import Case
-from femflex.disturbances import BaseMotion, JitterOutput, JitterTable, MarkerDisturbance, Source, WheelDisturbance
+from femflex.disturbances import (
+    BaseMotion,
+    BaseVibration,
+    JitterOutput,
+    JitterTable,
+    MarkerDisturbance,
+    Source,
+    WheelDisturbance,
+)
 from femflex.disturbances.disturbance import COMPONENTS, perpendicular
 from femflex.effectors.sensor import Sensor
 from femflex.effectors.wheel import Rotor
@@ -143,15 +151,32 @@ class Plant:
         G = first / (s - mode.pole)[:, None, None] + second / (s - mode.conjugate_pole)[:, None, None]
         return G * s[:, None, None] ** self.powers[:, None]
 
+    def spectrum(self, frequencies: Array, source: str) -> Array:
+        """One-sided spectral density (n, n_c) of a source in squared SI units per Hz, notched by its limit of force."""
+        noun, density = self.sources[source], self.sources[source].spectrum(frequencies)
+        if not isinstance(noun, BaseVibration) or noun.interface is None:
+            return density
+        rows = [name for name, _ in self.model.outputs]
+        if noun.interface not in rows:
+            raise ValueError(f"disturbance {source!r}: {noun.interface!r} is a vector; name a component, as in force:y")
+        row = rows.index(noun.interface)
+        force = self._rows_response([row], frequencies, source)[:, 0, :]
+        return np.asarray(
+            np.minimum(density, noun.force_limit(frequencies)[:, None] / np.maximum(np.abs(force) ** 2, 1e-300))
+        )
+
+    def _rows_response(self, rows: list[int], frequencies: Array, source: str) -> ComplexArray:
+        """Response (n, n_rows, n_c) of rows of the model at frequencies (n,) [Hz]."""
+        omega, B = 2.0 * np.pi * np.asarray(frequencies, float), self.model.B @ self.inputs[source]
+        return resolvent_response(self.A, B, self.model.C[rows], omega) + self.model.D[rows] @ self.inputs[source]
+
     def amplitude_count(self, body: str) -> int:
         """Number of amplitudes of a body. Raises ValueError for one that is not in `stress` of [jitter]."""
         return len(self._amplitude_rows(body))
 
     def amplitudes(self, frequencies: Array, source: str, body: str) -> ComplexArray:
         """Response (n, n_d, n_c) of the amplitudes of a body, in their units, at frequencies (n,) [Hz]."""
-        rows, B = self._amplitude_rows(body), self.model.B @ self.inputs[source]
-        omega = 2.0 * np.pi * np.asarray(frequencies, float)
-        return resolvent_response(self.A, B, self.model.C[rows], omega) + self.model.D[rows] @ self.inputs[source]
+        return self._rows_response(self._amplitude_rows(body), frequencies, source)
 
     def _amplitude_rows(self, body: str) -> list[int]:
         names, start = [name for name, _ in self.model.outputs], AMPLITUDES.format(body=body)
@@ -218,12 +243,15 @@ def plant_of(system: System, case: Case, speeds: Mapping[str, float] | None = No
         for name, output in table.outputs.items()
         if output.kind is not None
     }
-    wants_reactions = any((output.channel or "").startswith("joints/") for output in table.outputs.values())
+    interfaces = [noun.interface for noun in sources.values() if isinstance(noun, BaseVibration) and noun.interface]
+    channels = [*interfaces, *(output.channel or "" for output in table.outputs.values())]
+    wants_reactions = any(channel.startswith("joints/") for channel in channels)
     equipped = replace(with_effectors(system, sensors), reactions=system.reactions or wants_reactions)
     equipped = _with_speeds(equipped, sources, speeds or {})
     paths, inputs = _inputs(sources)
     rows = _Rows(table.outputs)
-    model = linear_model(equipped, paths, [*rows.channels, *(AMPLITUDES.format(body=body) for body in table.stress)])
+    amplitudes = [AMPLITUDES.format(body=body) for body in table.stress]
+    model = linear_model(equipped, paths, list(dict.fromkeys([*rows.channels, *interfaces, *amplitudes])))
     A = model.A.astype(complex)
     if table.loss_factor:
         A = A + _structural(model, table.loss_factor)

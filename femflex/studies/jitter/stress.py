@@ -19,7 +19,7 @@ def amplitude_covariance(budget: Budget, body: str) -> Array:
     plant, high = budget.plant, float(budget.edges[-1])
     total = np.zeros((plant.amplitude_count(body),) * 2)
     for name, noun in plant.sources.items():
-        spectrum = noun.spectrum(budget.frequencies)
+        spectrum = plant.spectrum(budget.frequencies, name)
         if spectrum.any():
             H = plant.amplitudes(budget.frequencies, name, body)
             total += np.einsum("n,noc,nc,npc->op", budget.weights, H, spectrum, H.conj()).real
