@@ -16,8 +16,6 @@ from femflex.reduction import ModeSet, least_stiffness_ratio, mesh_rise, stretch
 from femflex.reduction.origin import Meshed
 from femflex.reduction.wide_sheets import sheet_note
 
-Answers = dict[str, object]  # keys of a reduction and their values
-
 
 def shape_notes(bodies: Mapping[str, FlexibleBody], origins: BodyOrigins) -> list[Advice]:
     """Notes on large deflections that the shapes of curved bodies and of wide thin sheets do not represent."""

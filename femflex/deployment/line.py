@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from femflex.arrays import Array
 from femflex.deployment.series import Series
 from femflex.deployment.shapes import Drawing, MemberShapes, quadrilateral_grid, without_rounding
-from femflex.fem.line.chain import element_frames, section_points
+from femflex.fem.line.chain import section_points, straight_frame
 from femflex.reduction.beams.beam_functions import axial_characteristic, polynomials
 from femflex.reduction.beams.beam_strain import pairs, weighted_square
 from femflex.reduction.strain.tensors import packed_quartic
@@ -131,10 +131,7 @@ class DeployingLine:
     @property
     def frame(self) -> Array:
         """Member axes in the body frame, rows x, y, z (3, 3)."""
-        start = np.asarray(self.root, float)
-        end = start + np.asarray(self.direction, float)
-        orientation = None if self.orientation is None else np.asarray(self.orientation, float)
-        return element_frames(start[None], end[None], orientation, "beam")[1][0]
+        return straight_frame(self.root, self.direction, self.orientation)
 
     @property
     def sections(self) -> tuple[Array, Array]:

@@ -14,7 +14,8 @@ import numpy as np
 from femflex.advice.buckling.applied_forces import FOLLOWING, AppliedForce, RigidMotion
 from femflex.arrays import Array
 from femflex.dynamics.model import compile_system
-from femflex.reduction.static_buckling.applied_load import AppliedLoad, skew
+from femflex.fem.connections.connection import skew
+from femflex.reduction.static_buckling.applied_load import AppliedLoad
 from femflex.system import Joint, System
 
 OWN = "its own inertia and weight"

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from femflex.arrays import Array
 from femflex.kernels.compiled import inner
 from femflex.kernels.vectors import Vector
-from femflex.system.orbit import EARTH_RADIUS
 
 EARTH_RATE = 7.292115e-5  # rad/s, inertial (WGS 84)
 FLATTENING = 1 / 298.257223563  # WGS 84
@@ -25,15 +21,6 @@ def sidereal_angle(days: float) -> float:
     T = days / 36525.0
     seconds = 67310.54841 + (876600.0 * 3600.0 + 8640184.812866) * T + 0.093104 * T * T - 6.2e-6 * T**3
     return math.fmod(seconds / DAY * 2.0 * math.pi, 2.0 * math.pi)
-
-
-def place_over_earth(longitude: float, latitude: float, altitude: float) -> Array:
-    """Place (3,) [m] in axes that turn with the Earth, from geodetic coordinates [rad, rad, m]."""
-    e2 = FLATTENING * (2.0 - FLATTENING)
-    N = EARTH_RADIUS / math.sqrt(1.0 - e2 * math.sin(latitude) ** 2)
-    level = (N + altitude) * math.cos(latitude)
-    z = (N * (1.0 - e2) + altitude) * math.sin(latitude)
-    return np.array([level * math.cos(longitude), level * math.sin(longitude), z])
 
 
 @inner

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 from scipy.sparse import csgraph
 
@@ -69,6 +69,14 @@ def element_frames(start: Array, end: Array, orientation: Array | None, group: s
         )
     y = y / size[:, None]
     return length, np.stack([x, y, np.cross(x, y)], axis=1)
+
+
+def straight_frame(root: ArrayLike, direction: ArrayLike, orientation: ArrayLike | None) -> Array:
+    """Axes (3, 3) of a straight beam from its root (3,) [m] along a direction, as `element_frames` has them."""
+    start = np.asarray(root, float)
+    end = start + np.asarray(direction, float)
+    vector = None if orientation is None else np.asarray(orientation, float)
+    return element_frames(start[None], end[None], vector, "beam")[1][0]
 
 
 @dataclass(frozen=True, eq=False)

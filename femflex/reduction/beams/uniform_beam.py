@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from femflex.arrays import Array, BoolArray
-from femflex.fem.line.chain import element_frames
+from femflex.fem.line.chain import straight_frame
 from femflex.reduction.beams.beam_functions import (
     STATIC_AXIAL,
     STATIC_BENDING,
@@ -56,7 +56,7 @@ class UniformBeam:
     rotary_inertia         False leaves the section's inertia out of bending and of turns of the body; it stays in
                            torsion, equal about all axes across
     root, direction        where the beam starts [m] and where it points, body frame
-    orientation            vector near the section's y axis; default as for beam members (fem.chain.element_frames)
+    orientation            vector near the section's y axis; default as for beam members (`fem.line.chain`)
     bounded_energy         True: nonlinear strain stays bounded where a flat section bends far (fem.beam.strain)
     radius                 of the tube that is drawn [m]; None draws a line
     taper                  how the section varies along the length; mass and stiffness above are those where it is 1
@@ -91,10 +91,7 @@ class UniformBeam:
     @property
     def frame(self) -> Array:
         """Beam axes in the body frame, rows x, y, z (3, 3)."""
-        start = np.asarray(self.root, float)
-        end = start + np.asarray(self.direction, float)
-        orientation = None if self.orientation is None else np.asarray(self.orientation, float)
-        return element_frames(start[None], end[None], orientation, "beam")[1][0]
+        return straight_frame(self.root, self.direction, self.orientation)
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from femflex.arrays import Array
+from femflex.fem.connections.connection import skew
 
 FIELD = 12  # values of a field: b (3), then W by its columns (9)
 WRENCH = 6  # force and torque
@@ -86,8 +87,3 @@ class BucklingModel(Protocol):
 
     def reduced_ratio(self, loads: Sequence[AppliedLoad], row: int) -> float:
         """Load over buckling load in the reduced basis, at one instant; follower loads count as dead loads."""
-
-
-def skew(a: Array) -> Array:
-    """Matrix (3, 3), in the unit of a (3,), of a x b = skew(a) b."""
-    return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
