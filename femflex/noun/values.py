@@ -147,7 +147,7 @@ class Quantity(_Readable):
 class AlongMember(_Readable):
     """A quantity that may vary along a member: a number, a table over arc length, or a formula of s and L.
 
-    Read as a float, a tuple (s, values), or the text of the formula, as femflex.fem.variation expects.
+    Read as a float, a tuple (s, values), or the text of the formula, as femflex.fem.sections.section expects.
     """
 
     unit: str

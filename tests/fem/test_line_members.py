@@ -9,7 +9,7 @@ from femflex import fem
 from femflex.fem.formula import formula
 from femflex.fem.line.segments import FAR, NEAR, cut_into_segments
 from femflex.fem.sections import Rectangle
-from femflex.fem.variation import evaluate_variation, varies
+from femflex.fem.sections.section import evaluate_variation, varies
 from femflex.mesh import Mesh, line, rectangle
 
 S = np.linspace(0.0, 4.0, 9)
