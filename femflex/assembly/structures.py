@@ -91,7 +91,8 @@ def build_structure_of(case: Case, name: str, table: FlexibleTable, mesh: Mesh) 
     """The Structure of a body's members and point masses on its mesh, its dofs laid along the axes of its clamps."""
     deck, table = deck_of(case, name, table), with_deck(case, name, table)
     supports = getattr(table.reduction, "clamp", {})
-    members, masses, springs = members_of(case, name, table), point_masses_of(table), bushings_of(table)
+    members, masses = members_of(case, name, table), point_masses_of(table)
+    springs: list[Bushing | ScalarSpring] = [*table.bushings]
     if deck is None:
         return build_structure(mesh, members, masses, supports, connections_of(table), springs)
     connections = [*deck.connections, *connections_of(table)]
@@ -144,14 +145,6 @@ def preload_of(case: Case, name: str, table: FlexibleTable) -> Preload | None:
         return p.preload(None if case.orbit.kind == "none" else case.orbit.mean_motion)
     except ValueError as error:
         raise CaseError(case.path.name, [Problem(f"bodies.{name}.preload.orbit", str(error))]) from None
-
-
-def bushings_of(table: FlexibleTable) -> list[Bushing | ScalarSpring]:
-    """The springs and bushings of a body."""
-    return [
-        Bushing(b.group, b.to, (b.stiffness, 0.0, 0.0) if b.stiffness else b.translation, b.rotation, b.axes, b.at)
-        for b in table.bushings
-    ]
 
 
 def build_modes(

@@ -12,10 +12,11 @@ from femflex.case.deploying import DeployingTable
 from femflex.case.matrices import MatricesTable
 from femflex.case.options import add_options, read_options
 from femflex.case.shape import Shape
+from femflex.fem.bushing import Bushing
 from femflex.fem.connections import Distributing, Equation, Rigid
 from femflex.noun.inertia import InertiaMatrix
 from femflex.noun.table import Name, Table, exactly_one, refuse
-from femflex.noun.values import Count, Direction, Mass, Position, PositiveLength, Quantity, Vector, Whole
+from femflex.noun.values import Count, Direction, Mass, Position, PositiveLength, Quantity, Whole
 from femflex.reduction.methods import Reduction
 from femflex.reduction.nouns import DampingTable, FunctionsTable, PreloadTable
 
@@ -111,38 +112,6 @@ class PointMassTable(Table):
     """Position of the mass's centre relative to the node."""
 
 
-class BushingTable(Table):
-    """A spring or bushing between two nodes of a body, or between a node and the body frame."""
-
-    group: str
-    """Group of one node."""
-    to: str | None = None
-    """Group of the other node. Default: the body frame."""
-    stiffness: Annotated[float, Quantity("N/m", above=0.0)] | None = None
-    """Stiffness of a spring along the line between the two nodes, in place of translation, rotation, axes and at."""
-    translation: Annotated[Vector, Quantity("N/m", (3,), least=0.0)] = (0.0, 0.0, 0.0)
-    """Stiffnesses against relative displacement along the axes."""
-    rotation: Annotated[Vector, Quantity("N m", (3,), least=0.0)] = (0.0, 0.0, 0.0)
-    """Stiffnesses against relative rotation about the axes, per radian."""
-    axes: tuple[Direction, Direction, Direction] | None = None
-    """Directions of the three axes in the body frame, at right angles. Default: the first from the node towards the
-    other one; the body frame's where they coincide, and to the body frame."""
-    at: Position | None = None
-    """Where displacements are compared, in the body frame: each node takes that point along rigidly. Default: in the
-    middle between the nodes."""
-
-    @model_validator(mode="after")
-    def _one_form(self) -> BushingTable:
-        other_form = sorted(self.model_fields_set & {"translation", "rotation", "axes", "at"})
-        if self.stiffness is not None and other_form:
-            refuse(f"found stiffness together with {', '.join(other_form)}; give one form or the other")
-        if self.stiffness is not None and self.to is None:
-            refuse("found `stiffness` without `to`; a spring along a line needs its other node")
-        if self.stiffness is None and not (any(self.translation) or any(self.rotation)):
-            refuse("found no stiffness; give stiffness, translation or rotation")
-        return self
-
-
 class RegionTable(Table):
     """A group of the mesh by place or number."""
 
@@ -192,7 +161,7 @@ class FlexibleTable(BodyTable):
     """Rigid and distributing interfaces between members, and equations of displacements."""
     regions: dict[Name, RegionTable] = Field(default_factory=dict)
     """Groups of the mesh by place or number. The groups all, all_lines, all_surfaces and all_solids exist without."""
-    bushings: list[BushingTable] = Field(default_factory=list)
+    bushings: list[Bushing] = Field(default_factory=list)
     """Springs and bushings between nodes of the mesh."""
     preload: PreloadTable | None = None
     """Steady loads under which the body finds its static equilibrium before it is reduced: its shape and tension there

@@ -5,71 +5,64 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-from numpy.typing import ArrayLike
+from pydantic import model_validator
 
 from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, SkinPart
 from femflex.fem.point_mass import cross_matrices
+from femflex.fem.support import COMPONENTS, Support
 from femflex.fem.tables import DenseStrain
+from femflex.noun.table import Table, refuse
+from femflex.noun.values import Direction, Position, Quantity, Vector
 
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
 
 SQUARE = 1e-6  # cosine between two axes that passes for rounding
 APART = 1e-9  # of the mesh's size: distance of two nodes below which they coincide
-Direction = tuple[float, float, float]
 
 
-@dataclass(frozen=True, eq=False)
-class Bushing:
-    """A linear elastic connection with up to six stiffnesses along its own axes.
-
-    group        point group of one node
-    to           point group of the other node; None: the body frame
-    translation  (3,) stiffnesses against relative displacement along the axes [N/m]
-    rotation     (3,) stiffnesses against relative rotation about them [N m/rad]
-    axes         (3, 3) rows: directions of x, y, z in mesh axes. None: x from the node towards the other one, y and z
-                 across; the mesh's axes where they coincide and to the body frame
-    at           (3,) where displacements are compared [m], in mesh axes. None: in the middle between the nodes
-
-    The point is rigidly attached to each node, so that rigid motion takes no energy. A spring along the line between
-    two nodes is translation = (k, 0, 0).
-    """
+class Bushing(Table):
+    """A spring or bushing between two nodes of a body, or between a node and the body frame."""
 
     group: str
+    """Group of one node."""
     to: str | None = None
-    translation: ArrayLike = (0.0, 0.0, 0.0)
-    rotation: ArrayLike = (0.0, 0.0, 0.0)
-    axes: ArrayLike | None = None
-    at: ArrayLike | None = None
+    """Group of the other node. Default: the body frame."""
+    translation: Annotated[Vector, Quantity("N/m", (3,), least=0.0)] = (0.0, 0.0, 0.0)
+    """Stiffnesses against relative displacement along the axes."""
+    rotation: Annotated[Vector, Quantity("N m", (3,), least=0.0)] = (0.0, 0.0, 0.0)
+    """Stiffnesses against relative rotation about the axes, per radian."""
+    axes: tuple[Direction, Direction, Direction] | None = None
+    """Directions of the three axes in the body frame, at right angles. Default: the first from the node towards the
+    other one; the body frame's where they coincide, and to the body frame."""
+    at: Position | None = None
+    """Where displacements are compared, in the body frame: each node takes that point along rigidly. Default: in the
+    middle between the nodes."""
+    stiffness: Annotated[float, Quantity("N/m", above=0.0)] | None = None
+    """Stiffness of a spring along the line between the two nodes, in place of translation, rotation, axes and at."""
 
-    def __post_init__(self) -> None:
-        where = f"bushing at group {self.group!r}"
-        for name in ("translation", "rotation"):
-            value = np.asarray(getattr(self, name), float)
-            if value.shape != (3,) or not np.isfinite(value).all() or (value < 0).any():
-                raise ValueError(f"{where} has {name} {value.tolist()}; give three stiffnesses, none negative")
-        if not (np.any(self.translation) or np.any(self.rotation)):
-            raise ValueError(f"{where} has no stiffness; give translation, rotation, or both")
-        if self.at is not None:
-            position = np.asarray(self.at, float)
-            if position.shape != (3,) or not np.isfinite(position).all():
-                raise ValueError(f"{where} has at = {position.tolist()}; give a place by three coordinates")
+    @model_validator(mode="after")
+    def _one_form(self) -> Bushing:
+        other_form = sorted(self.model_fields_set & {"translation", "rotation", "axes", "at"})
+        if self.stiffness is not None and other_form:
+            refuse(f"found stiffness together with {', '.join(other_form)}; give one form or the other")
+        if self.stiffness is not None and self.to is None:
+            refuse("found `stiffness` without `to`; a spring along a line needs its other node")
+        if self.stiffness is not None:
+            vars(self)["translation"] = (self.stiffness, 0.0, 0.0)
+        if not (any(self.translation) or any(self.rotation)):
+            refuse("found no stiffness; give stiffness, translation or rotation")
         if self.axes is not None:
-            rows = np.asarray(self.axes, float)
-            if rows.shape != (3, 3) or not np.isfinite(rows).all() or not np.linalg.norm(rows, axis=1).all():
-                raise ValueError(
-                    f"{where} has axes {rows.tolist()}; give three directions of three components, not zero"
-                )
-            unit = rows / np.linalg.norm(rows, axis=1, keepdims=True)
-            if np.abs(unit @ unit.T - np.eye(3)).max() > SQUARE:
-                raise ValueError(
-                    f"{where} has axes {rows.tolist()}, which are not at right angles; give orthogonal ones"
-                )
+            try:
+                vars(self)["axes"] = Support(COMPONENTS, self.axes).axes
+            except ValueError as error:
+                refuse(f"bushing at group {self.group!r}: {error}")
+        return self
 
     def contribution(self, mesh: Mesh, numbering: Numbering) -> Contribution:
         """Return the bushing's contribution to a structure; see `bushing_part`."""
@@ -78,7 +71,7 @@ class Bushing:
 
 def spring(group: str, to: str, stiffness: float) -> Bushing:
     """A spring along the line between two nodes that are apart [N/m]."""
-    return Bushing(group, to, (stiffness, 0.0, 0.0))
+    return Bushing(group=group, to=to, stiffness=stiffness)
 
 
 def bushing_part(mesh: Mesh, bushing: Bushing, numbering: Numbering) -> Contribution:
@@ -97,8 +90,7 @@ def bushing_part(mesh: Mesh, bushing: Bushing, numbering: Numbering) -> Contribu
     length = float(np.linalg.norm(span))
     separate = length > APART * float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
     if bushing.axes is not None:
-        rows = np.asarray(bushing.axes, float)
-        axes = rows / np.linalg.norm(rows, axis=1, keepdims=True)
+        axes = np.asarray(bushing.axes, float)
     else:
         axes = axes_along(span / length) if separate else np.eye(3)
     k = np.concatenate([np.asarray(bushing.translation, float), np.asarray(bushing.rotation, float)])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from femflex.arrays import Array
@@ -174,7 +176,9 @@ def _bush(model: NastranModel, card: Card, stiffnesses: ByNumber[Array]) -> None
     if axes is None and (K[[1, 2]] > 0).any() and not np.isclose(K[1], K[2]):
         raise ValueError(f"{card} has no orientation, and its K2 and K3 differ; give CID, G0 or X1, X2, X3")
     groups = [model.group(g) for g in ends]
-    bush = Bushing(groups[0], groups[1] if len(groups) == 2 else None, tuple(K[:3]), tuple(K[3:]), axes, location_point)
+    places: dict[str, Any] = {"axes": axes, "at": location_point}
+    to = groups[1] if len(groups) == 2 else None
+    bush = Bushing(group=groups[0], to=to, translation=tuple(K[:3]), rotation=tuple(K[3:]), **places)
     rows = axes_along(span / np.linalg.norm(span)) if axes is None else axes
     arms = (np.mean(points, axis=0) if location_point is None else location_point) - np.array(points)
     couples_rotation = (is_apart or location_point is not None) and turns_nodes(rows[K[:3] > 0], arms)
@@ -196,7 +200,7 @@ def finish_springs(model: NastranModel) -> None:
         model.bushings.append(spring)
     for a, b, k, card in model.twisting:
         if a in model.turning and b in model.turning and model.row(a) != model.row(b):
-            model.bushings.append(Bushing(model.group(a), model.group(b), (0.0, 0.0, 0.0), (k, 0.0, 0.0)))
+            model.bushings.append(Bushing(group=model.group(a), to=model.group(b), rotation=(k, 0.0, 0.0)))
         else:
             model.bulk.findings.unused(
                 f"{card.name} torsion",
