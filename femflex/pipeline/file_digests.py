@@ -21,6 +21,7 @@ from femflex.case.initial import EQUILIBRIUM
 from femflex.case.matrices import MatricesTable
 from femflex.case.model_inputs import motions_from_files
 from femflex.case.shape import MeshShape
+from femflex.noun.table import Table
 from femflex.system.motion import Motion
 
 
@@ -110,12 +111,14 @@ def _matrices_digest(path: Path) -> str:
 
 
 def content_digest(value: Any) -> str:
-    """Digest of numbers, text and arrays, in containers and dataclasses; the order of keys does not count."""
+    """Digest of numbers, text and arrays, in containers, dataclasses and nouns; the order of keys does not count."""
     digest = hashlib.sha256()
 
     def add(value: Any) -> None:
         if is_dataclass(value) and not isinstance(value, type):
             add({field.name: getattr(value, field.name) for field in fields(value)})
+        elif isinstance(value, Table):
+            add({name: getattr(value, name) for name in type(value).model_fields})
         elif isinstance(value, Mapping):
             digest.update(f"mapping {len(value)}\n".encode())
             for key in sorted(value, key=str):
