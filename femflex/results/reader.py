@@ -204,7 +204,6 @@ class Run:
 
     def to_xarray(self) -> xarray.Dataset:
         """All channels as an xarray Dataset over time, with units, descriptions and names ("/" becomes ".")."""
-
         return dataset(self)
 
     def view(self, time: float | None = None, **look: Any) -> Any:
