@@ -102,7 +102,7 @@ class Explanation:
         splits = self.terms, self.inertia
         total, split = (sum(np.mean(np.abs(rows), axis=0) for rows in term_rows.values()) for term_rows in splits)
         energy = sum(
-            np.ptp(cumulative_trapezoid(rows * self.u, self.time, axis=0, initial=0.0), axis=0)
+            np.ptp(cumulative_trapezoid(rows * self.u, self.time, axis=0, initial=0), axis=0)
             for rows in self.terms.values()
         )
         return np.where(total > ROUNDING * split, energy, 0.0)  # parts of the inertia may cancel to nothing
@@ -111,7 +111,7 @@ class Explanation:
 def readable_span(explanation: Explanation, coordinates: Sequence[int]) -> tuple[float, float]:
     """First and last time [s] of a picture in which the oscillations of the dominant coordinate are visible."""
     leader = max(coordinates, key=explanation.energies().__getitem__)
-    displacement = cumulative_trapezoid(explanation.u[:, leader], explanation.time, initial=0.0)
+    displacement = cumulative_trapezoid(explanation.u[:, leader], explanation.time, initial=0)
     crossings = np.flatnonzero(np.diff(np.signbit(displacement - np.mean(displacement))))
     end = explanation.time[crossings[SWINGS]] if len(crossings) > 2 * SWINGS else explanation.time[-1]
     return float(explanation.time[0]), float(end)

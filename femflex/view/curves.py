@@ -227,7 +227,7 @@ def balance_of(run: Run) -> Curve:
 def work_of(run: Run, power: Array) -> Array:
     """Work (n_t,) [J] since the start of a power (n_t,) [W] at the rows of a run, by Simpson's rule."""
     if len(run) < 3:
-        return np.asarray(cumulative_trapezoid(power, x=run.time, initial=0.0))
+        return np.asarray(cumulative_trapezoid(power, x=run.time, initial=0))
     return np.asarray(cumulative_simpson(power, x=run.time, initial=0.0))
 
 

@@ -258,7 +258,7 @@ def _components(first: IntArray, second: IntArray, size: int) -> tuple[int, IntA
     """Count of connected parts, and the part of each of so many items, from pairs of neighbours."""
     links = sparse.coo_array((np.ones(len(first), np.int8), (first, second)), shape=(size, size))
     count, part = connected_components(links, directed=False)
-    return int(count), part
+    return int(count), np.asarray(part, np.int64)
 
 
 def _sides(triangles: IntArray, quads: IntArray) -> IntArray:

@@ -202,7 +202,7 @@ def resolvent_response(A: ComplexArray, B: Array, C: Array, omega: Array) -> Com
             raise ValueError(UNDAMPED.format(omega=omega[0])) from None
         return np.asarray(C @ X)
     balanced, (scale, order) = matrix_balance(A, permute=False, separate=True)
-    T, U = schur(balanced, output="complex")
+    T, U = schur(np.asarray(balanced, complex), output="complex")
     right, left = U.conj().T @ (B / scale[:, None])[order], (C * scale)[:, order] @ U
     n, X = len(A), np.empty((len(A), len(omega), B.shape[1]), complex)
     for k in range(n - 1, -1, -1):
