@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 Diagram = Literal["cumulative", "spectrum", "response", "speeds", "waterfall"]
 SHOWN = 12  # modes printed; -v prints all
 LEAST_SHARE = 5e-4  # of the variance of any output, from which on a mode is printed
-ARCSECOND = 4.84813681109536e-06
-RPM = 60.0 / 6.283185307179586
 
 
 @verb("femflex jitter cases/wheel_jitter.toml -o jitter.png")
@@ -77,6 +75,8 @@ def jitter(
 
 def print_budget(budget: Budget, verbose: bool) -> None:
     """Print the tables of a budget: outputs, sources, modes, shocks."""
+    from femflex.view.units import ARCSECOND, RPM
+
     shocks = budget.shocks()
     moving = [k for k in range(len(budget.names)) if budget.rms[k] or any(peaks[0][k] for peaks in shocks.values())]
     names = [budget.names[k] for k in moving]
@@ -103,7 +103,7 @@ def print_budget(budget: Budget, verbose: bool) -> None:
         print_table(["rms by source", *heads], by_source)
         swept = [(source, entry.scan) for source, entry in budget.contributions.items() if entry.scan is not None]
         if swept:
-            speeds = [[source, *(scan.speeds[scan.worst[k]] * RPM for k in moving)] for source, scan in swept]
+            speeds = [[source, *(scan.speeds[scan.worst_indices[k]] * RPM for k in moving)] for source, scan in swept]
             print_table(["worst speed, rpm", *[(name, ".5g") for name in names]], speeds)
         mode_heads = ["part of the mean square", ("Hz", ".4g"), ("damping ratio", ".3g"), *names]
         print_table(mode_heads, mode_rows(budget, moving, verbose))
@@ -164,7 +164,7 @@ def budget_data(budget: Budget) -> dict[str, Any]:
                 "rms": entry.rms,
                 "mean_square_by_mode": entry.by_mode,
                 "lines": [{"frequency_hz": f, "mean_square": square} for f, square in entry.at_lines],
-                "worst_speed": None if entry.scan is None else entry.scan.speeds[entry.scan.worst],
+                "worst_speed": None if entry.scan is None else entry.scan.speeds[entry.scan.worst_indices],
                 "rms_over_range": None if entry.scan is None else entry.scan.mean_over_range**0.5,
             }
             for source, entry in budget.contributions.items()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -255,9 +254,11 @@ def tank_lines(run: Run) -> list[str]:
 def limit_lines(run: Run) -> list[str]:
     """Lines on the speeds of wheels, and on wheels at a limit and slack cables: the share, first and last of the
     rows."""
+    from femflex.view.units import RPM
+
     texts = {}
     for name in owners_of(run, "effectors", "speed"):
-        rpm = run[f"effectors/{name}/speed"] * 30.0 / math.pi
+        rpm = run[f"effectors/{name}/speed"] * RPM
         texts[f"wheel       {name} turned at"] = f"{rpm.min():.6g} to {rpm.max():.6g} rpm"
     for name in owners_of(run, "effectors", "saturated"):
         texts[f"wheel       {name} was saturated"] = row_range_text(run, run[f"effectors/{name}/saturated"] > 0.5)

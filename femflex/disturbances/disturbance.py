@@ -16,6 +16,7 @@ import numpy as np
 
 from femflex.arrays import Array, ComplexArray
 from femflex.noun.table import Table, refuse
+from femflex.noun.values import counted_noun
 
 COMPONENTS = tuple(f"{quantity}:{axis}" for quantity in ("force", "torque") for axis in "xyz")
 
@@ -103,7 +104,9 @@ def check_frequencies(frequencies: tuple[float, ...], counts: dict[str, int]) ->
         refuse(f"found frequencies = {list(frequencies)}; give at least two, rising")
     for key, count in counts.items():
         if count != len(frequencies):
-            refuse(f"found {count} rows in {key} and {len(frequencies)} frequencies; give as many of both")
+            refuse(
+                f"found {counted_noun(count, 'row', 'rows')} in {key} and {len(frequencies)} frequencies; give as many of both"
+            )
 
 
 def perpendicular(axis: Array) -> tuple[Array, Array]:

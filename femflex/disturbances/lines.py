@@ -9,7 +9,7 @@ from pydantic import model_validator
 
 from femflex.disturbances.disturbance import Line, MarkerDisturbance
 from femflex.noun.table import refuse
-from femflex.noun.values import Quantity
+from femflex.noun.values import Quantity, counted_noun
 
 
 class SpectralLines(MarkerDisturbance):
@@ -31,7 +31,9 @@ class SpectralLines(MarkerDisturbance):
         for key in ("force", "torque"):
             rows = getattr(self, key)
             if rows is not None and len(rows) != len(self.frequencies):
-                refuse(f"found {len(rows)} rows in {key} and {len(self.frequencies)} frequencies; give as many of both")
+                refuse(
+                    f"found {counted_noun(len(rows), 'row', 'rows')} in {key} and {len(self.frequencies)} frequencies"
+                )
         return self
 
     @property

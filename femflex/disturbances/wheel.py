@@ -21,7 +21,7 @@ from femflex.disturbances.disturbance import Line, MarkerDisturbance, perpendicu
 from femflex.noun.problems import suggestion_text
 from femflex.noun.table import refuse
 from femflex.noun.units import UnitError, to_si
-from femflex.noun.values import Direction, Quantity, ValueProblem, _Readable
+from femflex.noun.values import Direction, Quantity, ValueProblem, _Readable, counted_noun
 from femflex.system.columns import HEAD, csv_rows, finite
 
 FORCE, TORQUE = "kg m", "kg m^2"
@@ -107,7 +107,9 @@ class WheelDisturbance(MarkerDisturbance):
             refuse("found table and lists of harmonics together; the CSV file holds them all")
         for key, count in columns.items():
             if count != len(self.harmonics):
-                refuse(f"found {count} entries in {key} and {len(self.harmonics)} harmonics; give as many of both")
+                refuse(
+                    f"found {counted_noun(count, 'entry', 'entries')} in {key} and {len(self.harmonics)} harmonics; give as many"
+                )
         if not (columns or self.table or self.static_imbalance or self.dynamic_imbalance):
             refuse("found no imbalance, no harmonics and no table; give at least one")
         return self

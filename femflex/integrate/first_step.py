@@ -1,4 +1,4 @@
-"""How an adaptive method begins: its automatic first step, and the call for a change of coordinates between steps."""
+"""Start of an adaptive method: its automatic first step, and the call for a change of coordinates between steps."""
 
 from __future__ import annotations
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -14,7 +13,7 @@ from femflex.arrays import Array
 from femflex.results import Run
 from femflex.rotations import continued_angles
 from femflex.view.segments import body_names, body_of_marker
-from femflex.view.units import length_unit
+from femflex.view.units import RPM, length_unit
 
 DEGREES = 180.0 / np.pi
 SPEED = r"effectors/[^/]+/speed"  # channels of wheels, shown in rpm
@@ -276,7 +275,7 @@ def _in_readable_units(group: list[Curve], degrees: bool) -> list[Curve]:
     if unit == "m" and largest > 0:
         factor, unit = length_unit(largest)
     elif degrees and all(re.fullmatch(SPEED, curve.channel) for curve in group):
-        factor, unit = 30.0 / math.pi, "rpm"
+        factor, unit = RPM, "rpm"
     elif degrees and unit in ("rad", "rad/s"):
         factor, unit = DEGREES, unit.replace("rad", "deg")
     return [replace(curve, values=curve.values * factor, unit=unit) for curve in group]

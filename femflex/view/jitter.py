@@ -9,12 +9,11 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.view.plot import PlotOptions, Sheet, finish, labelled
+from femflex.view.units import ARCSECOND, RPM
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-RPM = 60.0 / (2.0 * np.pi)
-ARCSECOND = 4.84813681109536e-06
 NAMED = 6  # modes named in a diagram
 LEAST = 1e-12  # of the largest value: smaller ones are not drawn
 RANGE = 1e-9  # of the largest value, shown on a log axis

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 LENGTHS = ((1.0, "m"), (1e-2, "cm"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm"))  # metres in one
 ROUND = ((1.0, 5), (1.2, 4), (1.5, 5), (2.0, 4), (2.5, 5), (3.0, 6), (4.0, 4), (5.0, 5), (6.0, 6), (8.0, 4), (10.0, 5))
 PREFIXES = ((1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+ARCSECOND = math.pi / 648000.0  # rad
+RPM = 30.0 / math.pi  # revolutions per minute in one rad/s
 ROUNDING = 1e-9  # strain, curvature [1/m] and energy density [J/m^k] below which nothing is shown
 
 

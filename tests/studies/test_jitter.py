@@ -171,7 +171,7 @@ def test_imbalance_over_a_range_of_speeds_meets_the_forward_whirl_alone(mounted)
     speed = scan.speeds
     expected = 1e-6 * speed**2 / np.abs(300.0 - (0.3 - 0.02) * speed**2 + 0.05j * speed) / np.sqrt(2.0)
     assert np.sqrt(scan.mean_squares[:, 0]) == pytest.approx(expected, rel=1e-8)
-    assert speed[scan.worst[0]] == pytest.approx(np.sqrt(300.0 / 0.28), rel=1e-4)
+    assert speed[scan.worst_indices[0]] == pytest.approx(np.sqrt(300.0 / 0.28), rel=1e-4)
 
 
 BEAM = """

@@ -16,7 +16,7 @@ import numpy as np
 
 from femflex.arrays import Array, ComplexArray
 from femflex.case import Case
-from femflex.disturbances import BaseVibration, Line, Shock, WheelDisturbance
+from femflex.disturbances import BaseVibration, Line, Shock
 from femflex.noun.problems import suggestion_text
 from femflex.studies.jitter.plant import Mode, Plant, jitter_plant
 from femflex.studies.jitter.quadrature import cumulative, frequency_panels
@@ -43,7 +43,7 @@ class SpeedScan:
     by_order: Array
 
     @property
-    def worst(self) -> Array:
+    def worst_indices(self) -> Array:
         """Index (n_out,) of the worst speed of each output among the speeds."""
         return np.asarray(np.argmax(self.mean_squares, axis=0))
 
@@ -55,7 +55,7 @@ class SpeedScan:
 
 @dataclass(frozen=True, eq=False)
 class Contribution:
-    """What one source does to the outputs; of a swept source at the worst speed of each output.
+    """Motion of the outputs by one source; of a swept source at the worst speed of each output.
 
     mean_squares (n_out,);  by_mode (n_modes + 1, n_out) parts of the modes, and last of what is no mode
     at_lines  frequencies [Hz] and mean squares of the lines of each output: n_out pairs of (n_l,)
@@ -249,7 +249,7 @@ def _swept(plant: Plant, name: str, modes: Sequence[Mode], high: float, n_freque
             by_order[i, place[line.order]] += row
     scan = SpeedScan(speeds, by_order.sum(axis=1), np.array(orders), by_order)
     total, parts, at_lines = np.zeros(len(plant.names)), np.zeros((len(modes) + 1, len(plant.names))), []
-    for k, i in enumerate(scan.worst):
+    for k, i in enumerate(scan.worst_indices):
         lines = [line for line in noun.lines(speeds[i], high) if line.frequency >= low]
         changed, own_modes = _plant_with(plant, matrix_at(speeds[i])), list(modes)
         if changed is not plant:
@@ -262,10 +262,9 @@ def _swept(plant: Plant, name: str, modes: Sequence[Mode], high: float, n_freque
 
 def _matrices(plant: Plant, name: str, first: float, last: float) -> Callable[[float], ComplexArray]:
     """A (n, n) over the speed of a source: linear in it, as the momentum of a rotor enters, or the same for all."""
-    noun = plant.sources[name]
-    if not (isinstance(noun, WheelDisturbance) and (noun.wheel is not None or noun.inertia)):
+    if not plant.has_momentum(name):
         return lambda speed: plant.A
-    other = plant.at_speeds({name: last})
+    other = plant.at_speed(name, last)
     if np.abs(other.model.y0 - plant.model.y0).max(initial=0.0) > SAME * max(
         1.0, np.abs(plant.model.y0).max(initial=0.0)
     ):

@@ -31,6 +31,7 @@ from femflex.noun.problems import suggestion_text
 from femflex.rotations import dcm_from_quaternion
 from femflex.studies.linear import LinearModel, linear_model, poles_of
 from femflex.studies.linear.inputs import BASE
+from femflex.studies.linear.space import resolvent_response
 from femflex.system import Part, System
 from femflex.system.acting import with_effectors
 
@@ -42,8 +43,6 @@ MEASURED = {  # of an output: kind of its sensor, power of i w, unit
     "velocity": ("velocity", 0, "m/s"),
     "acceleration": ("velocity", 1, "m/s^2"),
 }
-FEW = 40  # frequencies for which a Schur form does not pay
-UNDAMPED = "the model has an undamped pole near {omega:.6g} rad/s, where its response is infinite; give damping"
 AMPLITUDES = "bodies/{body}/delta"
 SENSOR, ROTOR = "jitter-sensor.", "jitter-rotor."
 
@@ -100,15 +99,14 @@ class Plant:
         assert self.case.jitter is not None
         return self.case.jitter
 
-    def at_speeds(self, speeds: Mapping[str, float]) -> Plant:
-        """The plant with these speeds [rad/s] of wheels by the name of the disturbance."""
-        return plant_of(self.system, self.case, speeds)
-
     def at_speed(self, name: str, speed: float) -> Plant:
         """The plant at a speed [rad/s] of a source whose rotor has momentum; itself for other sources."""
+        return plant_of(self.system, self.case, {name: speed}) if self.has_momentum(name) else self
+
+    def has_momentum(self, name: str) -> bool:
+        """Whether the speed of a source changes the model: whether it is a wheel whose rotor has momentum."""
         noun = self.sources[name]
-        has_momentum = isinstance(noun, WheelDisturbance) and (noun.wheel is not None or noun.inertia > 0.0)
-        return self.at_speeds({name: speed}) if has_momentum else self
+        return isinstance(noun, WheelDisturbance) and (noun.wheel is not None or noun.inertia > 0.0)
 
     def response(self, frequencies: Array, source: str, A: ComplexArray | None = None) -> ComplexArray:
         """Response (n, n_out, n_c) of the outputs, in their units, to the components of a source at frequencies
@@ -184,33 +182,6 @@ class Plant:
         if body not in self.table.stress or not rows:
             raise ValueError(f"the amplitudes of body {body!r} are not known; name a flexible body in jitter.stress")
         return rows
-
-
-def resolvent_response(A: ComplexArray, B: Array, C: Array, omega: Array) -> ComplexArray:
-    """C (i w - A)^-1 B (n, n_out, n_in) at w (n,) [rad/s], by a Schur form of the balanced A or, at a few, directly.
-
-    Raises ValueError at an undamped pole.
-    """
-    from scipy.linalg import matrix_balance, schur
-
-    if not len(A):
-        return np.zeros((len(omega), len(C), B.shape[1]), complex)
-    if len(omega) <= FEW:
-        try:
-            X = np.linalg.solve(1j * omega[:, None, None] * np.eye(len(A)) - A, B.astype(complex)[None])
-        except np.linalg.LinAlgError:
-            raise ValueError(UNDAMPED.format(omega=omega[0])) from None
-        return np.asarray(C @ X)
-    balanced, (scale, order) = matrix_balance(A, permute=False, separate=True)
-    T, U = schur(np.asarray(balanced, complex), output="complex")
-    right, left = U.conj().T @ (B / scale[:, None])[order], (C * scale)[:, order] @ U
-    n, X = len(A), np.empty((len(A), len(omega), B.shape[1]), complex)
-    for k in range(n - 1, -1, -1):
-        pivot = 1j * omega - T[k, k]
-        if not pivot.all():
-            raise ValueError(UNDAMPED.format(omega=omega[np.argmin(np.abs(pivot))]))
-        X[k] = (right[k] + np.tensordot(T[k, k + 1 :], X[k + 1 :], 1)) / pivot[:, None]
-    return np.asarray(np.einsum("ok,kni->noi", left, X))
 
 
 def jitter_plant(case: Case, bodies: Mapping[str, Part] | None = None) -> Plant:
@@ -384,7 +355,7 @@ def _base_rows(model: LinearModel, outputs: Mapping[str, JitterOutput], names: S
 
 
 def _structural(model: LinearModel, loss_factor: float) -> ComplexArray:
-    """What structural damping adds to A: -M^-1 i eta K of the elastic coordinates."""
+    """Part (n, n) of A by structural damping: -M^-1 i eta K of the elastic coordinates, in 1/s and 1/s^2."""
     n = len(model.mass)
     elastic = np.array([".delta" in name for name, _ in model.states[:n]])
     K = np.where(elastic[:, None] & elastic[None], model.stiffness, 0.0)

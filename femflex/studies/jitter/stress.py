@@ -24,7 +24,7 @@ def amplitude_covariance(budget: Budget, body: str) -> Array:
             H = plant.amplitudes(budget.frequencies, name, body)
             total += np.einsum("n,noc,nc,npc->op", budget.weights, H, spectrum, H.conj()).real
         scan = budget.contributions[name].scan if name in budget.contributions else None
-        speeds = [None] if scan is None else [float(scan.speeds[k]) for k in np.unique(scan.worst)]
+        speeds = [None] if scan is None else [float(scan.speeds[k]) for k in np.unique(scan.worst_indices)]
         candidates = []
         for speed in speeds:
             lines = [line for line in noun.lines(speed, high) if line.frequency >= budget.edges[0]]

@@ -22,6 +22,11 @@ DECADES = 3.0  # above the slowest vibration, at most
 POINTS = 1500  # over the whole range
 AROUND = np.concatenate([-np.geomspace(30, 0.1, 12), [0.0], np.geomspace(0.1, 30, 12)])  # half widths of a resonance
 LEAST = 1e-5  # damping ratio by which an undamped pole is passed
+FEW = 40  # frequencies for which a Schur form does not pay
+UNDAMPED = (
+    "the model has an undamped pole near {omega:.6g} rad/s, where its response is infinite; omit this frequency, or "
+    "give damping"
+)
 
 
 def response_grid(model: StateSpace, lowest: float | None = None, highest: float | None = None) -> Array:
@@ -76,17 +81,7 @@ class StateSpace:
 
         Raises ValueError at an undamped pole, where there is none.
         """
-        omega, eye = np.atleast_1d(np.asarray(omega, float)), np.eye(len(self.A))
-        response = np.empty((len(omega), len(self.outputs), len(self.inputs)), complex)
-        for k, w in enumerate(omega):
-            try:
-                response[k] = self.C @ np.linalg.solve(1j * w * eye - self.A, self.B) + self.D
-            except np.linalg.LinAlgError:
-                raise ValueError(
-                    f"the model has an undamped pole at {w:.6g} rad/s, where its response is infinite; omit this "
-                    "frequency, or give damping"
-                ) from None
-        return response
+        return resolvent_response(self.A, self.B, self.C, np.atleast_1d(np.asarray(omega, float))) + self.D
 
     def selected(self, inputs: Sequence[str] | None = None, outputs: Sequence[str] | None = None) -> Self:
         """The model with only these inputs and outputs, in this order. Raises KeyError for unknown ones."""
@@ -119,3 +114,30 @@ def indices_of_names(requested: Sequence[str] | None, pairs: Sequence[tuple[str,
         if name not in names:
             raise KeyError(f"the linear model has no {kind} {name!r}; {suggestion_text(name, names)}")
     return [names.index(name) for name in requested]
+
+
+def resolvent_response(A: Array | ComplexArray, B: Array, C: Array, omega: Array) -> ComplexArray:
+    """C (i w - A)^-1 B (n, n_out, n_in) at w (n,) [rad/s], by a Schur form of the balanced A or, at a few, directly.
+
+    Raises ValueError at an undamped pole.
+    """
+    from scipy.linalg import matrix_balance, schur
+
+    if not len(A):
+        return np.zeros((len(omega), len(C), B.shape[1]), complex)
+    if len(omega) <= FEW:
+        try:
+            X = np.linalg.solve(1j * omega[:, None, None] * np.eye(len(A)) - A, B.astype(complex)[None])
+        except np.linalg.LinAlgError:
+            raise ValueError(UNDAMPED.format(omega=omega[0])) from None
+        return np.asarray(C @ X)
+    balanced, (scale, order) = matrix_balance(A, permute=False, separate=True)
+    T, U = schur(np.asarray(balanced, complex), output="complex")
+    right, left = U.conj().T @ (B / scale[:, None])[order], (C * scale)[:, order] @ U
+    n, X = len(A), np.empty((len(A), len(omega), B.shape[1]), complex)
+    for k in range(n - 1, -1, -1):
+        pivot = 1j * omega - T[k, k]
+        if not pivot.all():
+            raise ValueError(UNDAMPED.format(omega=omega[np.argmin(np.abs(pivot))]))
+        X[k] = (right[k] + np.tensordot(T[k, k + 1 :], X[k + 1 :], 1)) / pivot[:, None]
+    return np.asarray(np.einsum("ok,kni->noi", left, X))

@@ -48,7 +48,7 @@ class Spherical(JointNoun):
 
     @property
     def turn_axes(self) -> Axes:
-        """Those of the sequence where an angle of it is prescribed."""
+        """Axes of the sequence where an angle of it is prescribed."""
         return tuple(AXES[letter] for letter in letters_of(self.sequence)) if self.has_prescribed_angles else ()
 
     @property

@@ -1,4 +1,4 @@
-"""What all joints of a case share: markers, laws, prescribed coordinates, and the Joint that they describe."""
+"""Common parts of all joints of a case: markers, laws, prescribed coordinates, and the Joint that they describe."""
 
 from __future__ import annotations
 
