@@ -104,9 +104,8 @@ def check_frequencies(frequencies: tuple[float, ...], counts: dict[str, int]) ->
         refuse(f"found frequencies = {list(frequencies)}; give at least two, rising")
     for key, count in counts.items():
         if count != len(frequencies):
-            refuse(
-                f"found {counted_noun(count, 'row', 'rows')} in {key} and {len(frequencies)} frequencies; give as many of both"
-            )
+            counted = counted_noun(count, "row", "rows")
+            refuse(f"found {counted} in {key} and {len(frequencies)} frequencies; give as many of both")
 
 
 def perpendicular(axis: Array) -> tuple[Array, Array]:

@@ -107,9 +107,8 @@ class WheelDisturbance(MarkerDisturbance):
             refuse("found table and lists of harmonics together; the CSV file holds them all")
         for key, count in columns.items():
             if count != len(self.harmonics):
-                refuse(
-                    f"found {counted_noun(count, 'entry', 'entries')} in {key} and {len(self.harmonics)} harmonics; give as many"
-                )
+                counted = counted_noun(count, "entry", "entries")
+                refuse(f"found {counted} in {key} and {len(self.harmonics)} harmonics; give as many")
         if not (columns or self.table or self.static_imbalance or self.dynamic_imbalance):
             refuse("found no imbalance, no harmonics and no table; give at least one")
         return self
