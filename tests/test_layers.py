@@ -53,6 +53,7 @@ ALLOWED = {
         "summary",
     },
     "assembly": {
+        "disturbances",
         "effectors",
         "noun",
         "case",

@@ -1,7 +1,8 @@
 """Loads and attached bodies that determine the static shapes of a body.
 
-With linear strain, if the reduction does not set `loads`, the static shape of a load of the case is added to the modes
-where these represent less than 99 % of its static work (for attached bodies see `joint_shapes`).
+With linear strain, if the reduction does not set `loads`, the static shape of a load or a disturbance of the case is
+added to the modes where these represent less than 99 % of its static work (for attached bodies see `joint_shapes`).
+With it sums over modes converge: what the modes above those of the body contribute is quasi-static.
 
 With nonlinear strain static shapes matter more: vibration modes represent the stress under a load badly. With four of
 them a strip buckles laterally 17 % too late. There the slow static shapes of all loads, and of attached bodies and
@@ -21,6 +22,7 @@ import numpy as np
 
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
+from femflex.disturbances import BaseMotion, MarkerDisturbance
 from femflex.fem.support import COMPONENTS
 from femflex.reduction import ModeSet
 from femflex.reduction.methods import Cantilever
@@ -65,7 +67,10 @@ def acting_loads(case: Case, name: str, table: FlexibleTable, groups: Mapping[st
     ):
         return ActingLoads()
     if linear:
-        return ActingLoads(_loads_by_group(load_directions(case, name), r, groups), least=LEFT_OVER)
+        shaken = any(isinstance(noun, BaseMotion) for noun in case.disturbances.values())
+        base = tuple(d for d in COMPONENTS[:3] * shaken if d not in r.attachment)
+        causes = ("the shaken base",) * bool(base)
+        return ActingLoads(_loads_by_group(load_directions(case, name), r, groups), base, causes, LEFT_OVER)
     is_open = "attachment" not in r.model_fields_set
     weight, spin = (
         is_open and any(case.environment.gravity),
@@ -94,7 +99,10 @@ def spins_steadily(case: Case) -> bool:
 
 
 def load_directions(case: Case, name: str) -> Iterator[tuple[str, list[str]]]:
-    """The markers of a body with loads of the case, and the possible directions of these loads."""
+    """The markers of a body with loads and disturbances of the case, and the possible directions of these."""
+    for noun in case.disturbances.values():
+        if isinstance(noun, MarkerDisturbance) and noun.body == name:
+            yield noun.marker, list(COMPONENTS)
     for table in case.loads:
         if table.body != name:
             continue

@@ -175,7 +175,7 @@ def _build_body(case: Case, name: str, modes: int | None, refine: int, segments:
         origin = Origin(source, linear_strain_reason(table), stiffening_remedy(table))
         if isinstance(source, Meshed) and not draft:
             warn_of_doubtful_extents(case, name, table, source.structure.mesh, body.moments.mass)
-        return BuiltBody(_with_markers(body, name, table), None if isinstance(table, RigidTable) else origin, notes)
+        return BuiltBody(with_markers(body, name, table), None if isinstance(table, RigidTable) else origin, notes)
     except CaseError:
         raise
     except (ValueError, OSError) as error:
@@ -197,7 +197,7 @@ def _body_from_table(
     if isinstance(table, FileTable):
         return _body_from_file(case, name, table, modes), None, ()
     if isinstance(table, MatricesTable):
-        matrix_body = build_matrix_body(case, table, modes, _damping(table.damping), turning_markers(case, name))
+        matrix_body = build_matrix_body(case, table, modes, damping_of(table.damping), turning_markers(case, name))
         return matrix_body.body, None, tuple(("mesh", text) for text in matrix_body.notes)
     assert isinstance(table, FlexibleTable)
     table = with_deck(case, name, table)
@@ -256,7 +256,7 @@ def _reduce_with_strain(
     if strain == "condensed" and keep is None:
         modeset = with_derivatives(structure, modeset)
     damping, patches, loads = (
-        _damping(table.damping),
+        damping_of(table.damping),
         patch_groups(case, name),
         load_sets_of(case, name, table),
     )
@@ -301,7 +301,7 @@ def _segments(case: Case, name: str, table: FlexibleTable, counts: tuple[int | N
     """The segments of a body. counts: numbers of modes, refinements and segments, None for those of the case."""
     modes, refine, count = counts
     mesh = build_mesh(case, name, table, refine)
-    return build_segments(case, name, table, mesh, marker_groups(table), _damping(table.damping), modes, count)
+    return build_segments(case, name, table, mesh, marker_groups(table), damping_of(table.damping), modes, count)
 
 
 def marker_groups(table: FlexibleTable) -> dict[str, str]:
@@ -331,7 +331,7 @@ def _beam_body(case: Case, name: str, table: AnalyticTable, modes: int | None) -
     beam = UniformBeam(mass_per_length=mass, **values)
     functions, note = functions_of(case, name, table, modes, beam.frame)
     strain, patches = table.strain or "linear", patch_groups(case, name)
-    body = beam_body(beam, functions, _damping(table.damping), strain=strain, patches=patches)
+    body = beam_body(beam, functions, damping_of(table.damping), strain=strain, patches=patches)
     names = {marker: entry.group or marker for marker, entry in table.markers.items()}
     return body, Analytic(beam, functions, names), (("shapes", note),) if note else ()
 
@@ -363,11 +363,12 @@ def _body_from_file(case: Case, name: str, table: FileTable, modes: int | None) 
     return body
 
 
-def _damping(table: DampingTable | None) -> Damping | None:
+def damping_of(table: DampingTable | None) -> Damping | None:
+    """The damping model of a table, None where there is none."""
     return None if table is None else table.model
 
 
-def _with_markers(body: FlexibleBody, name: str, table: BodyTable) -> FlexibleBody:
+def with_markers(body: FlexibleBody, name: str, table: BodyTable) -> FlexibleBody:
     """The body whose markers have the orientations of the case; without a mesh, new markers copy those they name."""
     markers = dict(body.markers)
     for key, entry in table.markers.items():

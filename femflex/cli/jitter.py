@@ -9,13 +9,25 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from femflex.cli.options import DIAGRAM_SUFFIXES, PICTURE, CaseFile, Force, Json, Theme, Title, Verbose, outputs
+from femflex.cli.options import (
+    DIAGRAM_SUFFIXES,
+    PICTURE,
+    CaseFile,
+    Force,
+    Json,
+    Theme,
+    Title,
+    Verbose,
+    outputs,
+    read_quantity,
+    split_names,
+)
 from femflex.cli.progress import Patience
 from femflex.cli.tables import print_json, print_line, print_table
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
-    from femflex.studies.jitter import Budget
+    from femflex.studies.jitter import Budget, FullResponse
 
 Diagram = Literal["cumulative", "spectrum", "response", "speeds", "waterfall"]
 SHOWN = 12  # modes printed; -v prints all
@@ -36,6 +48,12 @@ def jitter(
             "speeds: rms over the speed of wheels and drives; waterfall: lines over frequency and speed.",
         ),
     ] = "cumulative",
+    full: Annotated[
+        str | None,
+        typer.Option(
+            "--full", help='Frequencies, "10 Hz, 45 Hz", at which the meshes are solved beside the reduced model.'
+        ),
+    ] = None,
     title: Title = None,
     theme: Theme = "light",
     force: Force = False,
@@ -49,12 +67,16 @@ def jitter(
     """
     files = outputs(output, {PICTURE: DIAGRAM_SUFFIXES}, force, theme)
     with Patience("building bodies and linearising the equations of motion") as say:
+        import numpy as np
+
         from femflex.case import read_case
         from femflex.case.verdicts import jitter_verdicts
+        from femflex.studies.jitter import full_response
         from femflex.studies.jitter import jitter as jitter_of
 
         parsed_case = read_case(case)
         budget = jitter_of(parsed_case, progress=say)
+        whole = None if full is None else full_response(budget.plant, np.array(read_frequencies(full)), say)
     rms = {name: budget.rms_of(name) for name in budget.names}
     verdicts = jitter_verdicts(parsed_case, rms)
     heading = parsed_case.title or case.stem
@@ -63,14 +85,63 @@ def jitter(
 
         plot_jitter(budget, files[PICTURE], show, theme=theme, force=force, title=heading if title is None else title)
     if as_json:
-        print_json(budget_data(budget))
+        print_json(budget_data(budget) | ({} if whole is None else {"full": full_data(whole)}))
         return
     print(heading)
     print_budget(budget, verbose)
+    if whole is not None:
+        print_full(whole)
     for verdict in verdicts:
         print_line("expected", verdict)
     if PICTURE in files:
         print(f"picture     {files[PICTURE]}")
+
+
+def read_frequencies(text: str) -> list[float]:
+    """Frequencies [Hz] from a list with commas. Raises ValueError naming the option."""
+    return [read_quantity(part, "Hz", "--full") for part in split_names([text])]
+
+
+def print_full(answer: FullResponse) -> None:
+    """Print responses on the meshes, and the part of each that the reduced model leaves out."""
+    from femflex.view.units import ARCSECOND
+
+    plant, sizes = answer.plant, {source: answer.sizes(source)[0] for source in answer.full}
+    moving = [k for k in range(len(plant.names)) if any(size[:, k].any() for size in sizes.values())]
+    factors = [1.0 / ARCSECOND if plant.units[k] == "rad" else 1.0 for k in moving]
+    units = ["arcsec" if plant.units[k] == "rad" else plant.units[k] for k in moving]
+    heads = [(f"{plant.names[k]}, {unit}", ".4g") for k, unit in zip(moving, units, strict=True)]
+    responses = [
+        [source, f, *(size[k] * factor for k, factor in zip(moving, factors, strict=True))]
+        for source in sizes
+        for f, size in zip(answer.frequencies, sizes[source], strict=True)
+    ]
+    print_table(["meshes, per SI unit of", ("Hz", ".4g"), *heads], responses, keys=2)
+    lacking = [
+        [source, f, *(f"{row[k]:.2%}" for k in moving)]
+        for source in sizes
+        for f, row in zip(answer.frequencies, answer.left_out(source), strict=True)
+    ]
+    names = [plant.names[k] for k in moving]
+    print_table(["left out by the modes", ("Hz", ".4g"), *names], lacking, keys=2)
+    if answer.kept:
+        print_line("as reduced", ", ".join(answer.kept))
+
+
+def full_data(answer: FullResponse) -> dict[str, Any]:
+    """Responses on the meshes as data, in SI: complex amplitudes per component of each source."""
+    return {
+        "frequencies_hz": answer.frequencies,
+        "as_reduced": list(answer.kept),
+        "sources": {
+            source: {
+                "real": answer.full[source].real,
+                "imag": answer.full[source].imag,
+                "left_out": answer.left_out(source),
+            }
+            for source in answer.full
+        },
+    }
 
 
 def print_budget(budget: Budget, verbose: bool) -> None:

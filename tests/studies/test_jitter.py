@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 import femflex
 from femflex.case.read import parse_case
-from femflex.studies.jitter import combined_peaks, jitter, jitter_plant, miles, shock_spectrum
+from femflex.studies.jitter import combined_peaks, full_response, jitter, jitter_plant, miles, shock_spectrum
 
 M, K, C = 2.0, 200.0, 0.8
 OMEGA, ZETA = np.sqrt(K / M), C / (2.0 * np.sqrt(K * M))
@@ -297,3 +297,48 @@ def test_history_of_a_random_force_has_the_rms_of_the_spectrum():
     run = femflex.simulate(replace(system, loads=(load,)), 2.0 / df, output_step=0.02)
     x = run["q"][len(t) :, 0]  # the second period
     assert np.sqrt(np.mean(x**2)) == pytest.approx(jitter(case).rms_of("m:x")[0], rel=0.05)
+
+
+MESHED = """
+title = "a beam on a hub that slides"
+run = { duration = 1, output_step = 0.1 }
+bodies.hub = { kind = "rigid", mass = 5, inertia = [1, 1, 1] }
+materials.steel = { E = "200 GPa", nu = 0.3, density = "8000 kg/m^3" }
+sections.bar = { kind = "circle", radius = "20 mm" }
+disturbances.hub = { kind = "random", body = "hub", frequencies = [0.1, 60], force = [[0, 1, 0], [0, 1, 0]] }
+disturbances.tip = { kind = "lines", body = "beam", marker = "tip", frequencies = [1], force = [[0, 1, 0]] }
+jitter.outputs.tip = { kind = "displacement", body = "beam", marker = "tip" }
+jitter.outputs.hub = { kind = "displacement", body = "hub" }
+joints = [
+  { kind = "prismatic", child = "hub", axis = [0, 1, 0], stiffness = 300 },
+  { kind = "weld", parent = "hub", child = "beam", child_marker = "root" },
+]
+[bodies.beam]
+kind = "flexible"
+mesh = "beam10.msh"
+refine = 2
+markers.tip = {}
+members = [{ group = "beam", family = "beam", section = "bar", material = "steel" }]
+reduction = { method = "cantilever", clamp = "root", modes = 1, loads = {}, joints = {} }
+damping = { ratio = 0.01 }
+"""
+
+
+def test_full_response_is_that_of_the_whole_beam_where_one_mode_is_not():
+    """Euler and Bernoulli's beam with a loss factor of twice the ratio, solved at each frequency."""
+    plant = jitter_plant(parse_case(MESHED, Path("meshes/case.toml")))
+    f = np.array([0.2, 3.0, 12.5, 40.0])
+    with pytest.warns(femflex.PhysicsWarning, match="more modes"):
+        answer = full_response(plant, f)
+    w, EI, m, L = 2 * np.pi * f, 200e9 * np.pi * 0.04**4 / 64 * (1 + 0.02j), 8000.0 * np.pi * 0.02**2, 10.0
+    k = (m * w**2 / EI) ** 0.25
+    s, c, sh, ch = np.sin(k * L), np.cos(k * L), np.sinh(k * L), np.cosh(k * L)
+    follows = (c + ch) / (1 + c * ch)  # tip over hub; also the force on the hub over that on a clamped beam's tip
+    hub = 1.0 / (300.0 - 5.0 * w**2 - EI * k**3 * (s * ch + c * sh) / (1 + c * ch))
+    tip = (s * ch - c * sh) / (EI * k**3 * (1 + c * ch)) + follows**2 * hub
+    of_tip, of_hub = plant.names.index("tip:y"), plant.names.index("hub:y")
+    assert answer.full["hub"][:, of_hub, 1] == pytest.approx(hub, rel=2e-3)
+    assert answer.full["hub"][:, of_tip, 1] == pytest.approx(follows * hub, rel=2e-3)
+    assert answer.full["tip"][:, of_hub, 1] == pytest.approx(follows * hub, rel=2e-3)
+    assert answer.full["tip"][:, of_tip, 1] == pytest.approx(tip, rel=2e-3)
+    assert np.abs(answer.left_out("tip")[-1, of_tip]) > 0.5 and np.abs(answer.left_out("hub")[0, of_hub]) < 0.01

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from femflex.studies.jitter.budget import Budget, Contribution, SpeedScan, jitter
+from femflex.studies.jitter.full import FullResponse, full_response
 from femflex.studies.jitter.plant import Plant, jitter_plant
 from femflex.studies.jitter.quadrature import frequency_panels
 from femflex.studies.jitter.shock import combined_peaks, miles, shock_spectrum
@@ -11,11 +12,13 @@ from femflex.studies.jitter.stress import amplitude_covariance, stress_peaks
 __all__ = [
     "Budget",
     "Contribution",
+    "FullResponse",
     "Plant",
     "SpeedScan",
     "amplitude_covariance",
     "combined_peaks",
     "frequency_panels",
+    "full_response",
     "jitter",
     "jitter_plant",
     "miles",

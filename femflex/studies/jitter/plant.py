@@ -1,9 +1,8 @@
 """The linear model of a case between its disturbances and the outputs of [jitter], and its response by modes.
 
-Outputs are inertial motions of markers: a sensor measures the rate or the velocity, and division by i w makes an
-angle or
-a displacement of it. A base that shakes is an input too: the craft moves relative to it as under a weight that is minus
-the acceleration of the base.
+Outputs are inertial motions of markers: a sensor measures the rate or the velocity, and division by i w makes an angle
+or a displacement of it. A base that shakes is an input too: the craft moves relative to it as under a weight that is
+minus the acceleration of the base.
 """
 
 from __future__ import annotations
@@ -74,8 +73,8 @@ class Plant:
 
     model    the linear model; its outputs are the rows of C
     A        (n, n) complex where there is structural damping
-    sources  name -> disturbance;   columns: name -> columns of B of its six components, or of the base along
-    `direction` inputs   name -> (n_in, n_c): columns of a source from its components
+    sources  name -> disturbance
+    inputs   name -> (n_in, n_c): columns of B of a source from its six components, or from that of a base
     outputs  names (n_out,), units, powers of i w, and weights (n_out, n_rows) of the rows of C
     base     (n_out, 3): acceleration of the base that adds to an output, inertial axes
     system   of the case, without sensors and rotors of its own
@@ -193,7 +192,8 @@ def jitter_plant(case: Case, bodies: Mapping[str, Part] | None = None) -> Plant:
     """
     from femflex.pipeline.case_equilibrium import resolve_at_rest
 
-    return plant_of(resolve_at_rest(case, bodies).system, case)
+    resolved = resolve_at_rest(case, bodies)
+    return plant_of(resolved.system, resolved.case)
 
 
 def plant_of(system: System, case: Case, speeds: Mapping[str, float] | None = None) -> Plant:
