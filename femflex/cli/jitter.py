@@ -146,6 +146,7 @@ def full_data(answer: FullResponse) -> dict[str, Any]:
 
 def print_budget(budget: Budget, verbose: bool) -> None:
     """Print the tables of a budget: outputs, sources, modes, shocks."""
+    from femflex.disturbances import BaseMotion
     from femflex.view.units import ARCSECOND, RPM
 
     shocks = budget.shocks()
@@ -178,6 +179,9 @@ def print_budget(budget: Budget, verbose: bool) -> None:
             print_table(["worst speed, rpm", *[(name, ".5g") for name in names]], speeds)
         mode_heads = ["part of the mean square", ("Hz", ".4g"), ("damping ratio", ".3g"), *names]
         print_table(mode_heads, mode_rows(budget, moving, verbose))
+    for source, noun in budget.plant.sources.items():
+        if isinstance(noun, BaseMotion):
+            print_base_modes(budget, source, verbose)
     stress = stress_rows(budget)
     if stress:
         places = [(f"{axis}, m", ".4g") for axis in "xyz"]
@@ -185,6 +189,23 @@ def print_budget(budget: Budget, verbose: bool) -> None:
     for source, (srss, cqc, _) in shocks.items():
         peaks = [[rule, *scaled(values)] for rule, values in (("SRSS", srss), ("CQC", cqc))]
         print_table([f"peaks of shock {source}", *heads], peaks)
+
+
+def print_base_modes(budget: Budget, source: str, verbose: bool) -> None:
+    """Print effective masses and accelerations of the modes under a shaken base, and of all together."""
+    from femflex.disturbances import BaseVibration
+    from femflex.studies.jitter import base_modes
+    from femflex.system.environment import STANDARD_GRAVITY
+
+    modes = base_modes(budget.plant, source)
+    shown = [mode for mode in modes if verbose or mode.share >= LEAST_SHARE]
+    rows = [[m.name, m.frequency, m.Q, m.mass, f"{m.share:.1%}", m.acceleration / STANDARD_GRAVITY] for m in shown]
+    rows.append([
+        "all modes", None, None, sum(mode.mass for mode in modes), f"{sum(mode.share for mode in modes):.1%}", None
+    ])  # fmt: skip
+    rule = "Miles' rms, g" if isinstance(budget.plant.sources[source], BaseVibration) else "peak, g"
+    heads = [f"modes under {source}", ("Hz", ".4g"), ("Q", ".4g"), ("effective mass, kg", ".4g"), "", (rule, ".4g")]
+    print_table(heads, rows)
 
 
 def stress_rows(budget: Budget) -> list[list[Any]]:
@@ -223,6 +244,9 @@ def _percents(shares: Any) -> list[str]:
 
 def budget_data(budget: Budget) -> dict[str, Any]:
     """A budget as data, in SI."""
+    from femflex.disturbances import BaseMotion
+    from femflex.studies.jitter import base_modes
+
     limits = budget.limits()
     return {
         "band_hz": [budget.edges[0], budget.edges[-1]],
@@ -248,6 +272,11 @@ def budget_data(budget: Budget) -> dict[str, Any]:
             dict(zip(("body", "members", "quantity", "largest", "unit", "x_m", "y_m", "z_m"), row, strict=True))
             for row in stress_rows(budget)
         ],
+        "base_modes": {
+            source: [vars(mode) for mode in base_modes(budget.plant, source)]
+            for source, noun in budget.plant.sources.items()
+            if isinstance(noun, BaseMotion)
+        },
         "shocks": {
             source: {"srss": srss, "cqc": cqc, "by_mode": each} for source, (srss, cqc, each) in budget.shocks().items()
         },

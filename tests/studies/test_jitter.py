@@ -12,7 +12,15 @@ from scipy.optimize import brentq
 
 import femflex
 from femflex.case.read import parse_case
-from femflex.studies.jitter import combined_peaks, full_response, jitter, jitter_plant, miles, shock_spectrum
+from femflex.studies.jitter import (
+    base_modes,
+    combined_peaks,
+    full_response,
+    jitter,
+    jitter_plant,
+    miles,
+    shock_spectrum,
+)
 
 M, K, C = 2.0, 200.0, 0.8
 OMEGA, ZETA = np.sqrt(K / M), C / (2.0 * np.sqrt(K * M))
@@ -228,6 +236,13 @@ def test_beam_on_a_shaken_base_has_the_motion_of_its_exact_modes():
     assert budget.rms_of("acceleration:y")[0] == pytest.approx(np.sqrt(np.trapezoid(np.abs(total) ** 2, f)), rel=1e-3)
 
 
+def test_modes_on_a_base_have_the_effective_masses_of_a_clamped_beam():
+    noise = 'd = { kind = "base", direction = [0, 1, 0], frequencies = [0.1, 300], psd = [4, 4] }'
+    modes = base_modes(jitter_plant(parse_case(BEAM.replace("RATIO", "0.01") + noise, Path("case.toml"))), "d")
+    assert [mode.share for mode in modes[:4]] == pytest.approx([0.613076, 0.188300, 0.064732, 0.033087], rel=1e-4)
+    assert modes[0].acceleration == pytest.approx(miles(exact_modes(1)[0][0] / (2 * np.pi), 50.0, 4.0), rel=1e-5)
+
+
 def test_notch_keeps_the_force_of_the_interface_at_its_limit():
     table = 'd = { kind = "base", direction = [0, 1, 0], frequencies = [0.1, 300], psd = [1, 1], NOTCH }'
     notch = 'interface = "joints/clamp/force:y", force = [4, 4]'
@@ -342,3 +357,32 @@ def test_full_response_is_that_of_the_whole_beam_where_one_mode_is_not():
     assert answer.full["tip"][:, of_hub, 1] == pytest.approx(follows * hub, rel=2e-3)
     assert answer.full["tip"][:, of_tip, 1] == pytest.approx(tip, rel=2e-3)
     assert np.abs(answer.left_out("tip")[-1, of_tip]) > 0.5 and np.abs(answer.left_out("hub")[0, of_hub]) < 0.01
+
+
+SAMPLED = """
+title = "a sampled controller"
+run = { duration = 1, output_step = 0.1 }
+bodies.craft = { kind = "rigid", mass = 1, inertia = [2, 1, 1] }
+joints = [{ kind = "revolute", child = "craft", axis = [1, 0, 0], stiffness = 8, damping = 0.1 }]
+sensors.angle = { kind = "attitude", body = "craft" }
+sensors.rate = { kind = "rate", body = "craft" }
+controllers.law = { kind = "pd", inputs = ["angle.x", "rate.x"], stiffness = 30, damping = 6, period = 0.25 }
+controllers.share = { kind = "allocation", inputs = ["law"], effect = [[-1]], period = 0.25 }
+wheels.x = { body = "craft", axis = [1, 0, 0], inertia = 0.01, inertia_in_body = "contained", command = "share.y" }
+disturbances.d = { kind = "lines", body = "craft", frequencies = [1.2], torque = [[1e-3, 0, 0]] }
+jitter.outputs.m = { kind = "rotation", body = "craft" }
+"""
+
+
+def test_sampled_controller_answers_a_line_as_in_a_run():
+    """Four samples a second under 1.2 Hz: the line of the run at this frequency, over a common period of 5 s."""
+    case = parse_case(SAMPLED, Path("case.toml"))
+    t = np.linspace(0.0, 60.0, 24_001)
+    torque = np.column_stack([1e-3 * np.cos(2 * np.pi * 1.2 * t), 0 * t, 0 * t])
+    system = replace(femflex.build_system(case), loads=(femflex.Load("line", "craft", times=t, torque=torque),))
+    run = femflex.simulate(system, 60.0, output_step=0.01)
+    late = run["q"][-501:-1, 0]
+    amplitude = 2.0 * abs(np.mean(late * np.exp(-2j * np.pi * 1.2 * 0.01 * np.arange(500))))
+    rms = jitter(case).rms_of("m:x")[0]
+    assert rms == pytest.approx(amplitude / np.sqrt(2.0), rel=2e-3)
+    assert rms != pytest.approx(1e-3 / abs(8 - 2 * (2.4 * np.pi) ** 2) / np.sqrt(2.0), rel=0.05)  # that of an open loop

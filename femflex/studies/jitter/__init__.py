@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from femflex.studies.jitter.base_modes import BaseMode, base_modes
 from femflex.studies.jitter.budget import Budget, Contribution, SpeedScan, jitter
 from femflex.studies.jitter.full import FullResponse, full_response
 from femflex.studies.jitter.plant import Plant, jitter_plant
@@ -10,12 +11,14 @@ from femflex.studies.jitter.shock import combined_peaks, miles, shock_spectrum
 from femflex.studies.jitter.stress import amplitude_covariance, stress_peaks
 
 __all__ = [
+    "BaseMode",
     "Budget",
     "Contribution",
     "FullResponse",
     "Plant",
     "SpeedScan",
     "amplitude_covariance",
+    "base_modes",
     "combined_peaks",
     "frequency_panels",
     "full_response",

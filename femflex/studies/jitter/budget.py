@@ -173,6 +173,8 @@ def jitter(
     modes = tuple(mode for mode in plant.modes() if low <= mode.frequency <= high)
     breaks = [noun.breaks() for noun in plant.sources.values()]
     poles = np.asarray(np.linalg.eigvals(plant.A), complex)
+    if plant.loop is not None:
+        poles = np.append(poles, plant.loop.poles)
     frequencies, weights, edges = frequency_panels(low, high, poles, breaks)
     contributions = {}
     for name, noun in plant.sources.items():

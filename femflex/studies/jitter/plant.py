@@ -28,6 +28,7 @@ from femflex.effectors.sensor import Sensor
 from femflex.effectors.wheel import Rotor
 from femflex.noun.problems import suggestion_text
 from femflex.rotations import dcm_from_quaternion
+from femflex.studies.jitter.sampled_loop import SampledLoop, sampled_loop
 from femflex.studies.linear import LinearModel, linear_model, poles_of
 from femflex.studies.linear.inputs import BASE
 from femflex.studies.linear.space import resolvent_response
@@ -77,6 +78,7 @@ class Plant:
     inputs   name -> (n_in, n_c): columns of B of a source from its six components, or from that of a base
     outputs  names (n_out,), units, powers of i w, and weights (n_out, n_rows) of the rows of C
     base     (n_out, 3): acceleration of the base that adds to an output, inertial axes
+    loop     sampled controllers, None without
     system   of the case, without sensors and rotors of its own
     """
 
@@ -91,6 +93,7 @@ class Plant:
     base: Array
     case: Case
     system: System
+    loop: SampledLoop | None = None
 
     @property
     def table(self) -> JitterTable:
@@ -113,7 +116,7 @@ class Plant:
         omega = 2.0 * np.pi * np.asarray(frequencies, float)
         B, C = self.model.B @ self.inputs[source], self.weights @ self.model.C
         D = self.weights @ self.model.D @ self.inputs[source]
-        G = resolvent_response(self.A if A is None else A, B, C, omega) + D
+        G = self._resolved(self.A if A is None else A, B, C, omega) + D
         G = G * (1j * omega[:, None, None]) ** self.powers[:, None]
         return np.asarray(G + self._feedthrough(source), complex)
 
@@ -165,7 +168,11 @@ class Plant:
     def _rows_response(self, rows: list[int], frequencies: Array, source: str) -> ComplexArray:
         """Response (n, n_rows, n_c) of rows of the model at frequencies (n,) [Hz]."""
         omega, B = 2.0 * np.pi * np.asarray(frequencies, float), self.model.B @ self.inputs[source]
-        return resolvent_response(self.A, B, self.model.C[rows], omega) + self.model.D[rows] @ self.inputs[source]
+        return self._resolved(self.A, B, self.model.C[rows], omega) + self.model.D[rows] @ self.inputs[source]
+
+    def _resolved(self, A: ComplexArray, B: Array, C: Array, omega: Array) -> ComplexArray:
+        """C (i w - A)^-1 B (n, n_out, n_c) at w (n,) [rad/s], with the loops of sampled controllers closed."""
+        return resolvent_response(A, B, C, omega) if self.loop is None else self.loop.closed(A, B, C, omega)
 
     def amplitude_count(self, body: str) -> int:
         """Number of amplitudes of a body. Raises ValueError for one that is not in `stress` of [jitter]."""
@@ -228,7 +235,8 @@ def plant_of(system: System, case: Case, speeds: Mapping[str, float] | None = No
         A = A + _structural(model, table.loss_factor)
     names, units, powers, weights = rows.outputs(model)
     base = _base_rows(model, table.outputs, names)
-    return Plant(model, A, sources, inputs, names, units, powers, weights, base, case, system)
+    loop = sampled_loop(equipped, model)
+    return Plant(model, A, sources, inputs, names, units, powers, weights, base, case, system, loop)
 
 
 def _with_speeds(system: System, sources: Mapping[str, Source], speeds: Mapping[str, float]) -> System:

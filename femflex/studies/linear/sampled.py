@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import expm
@@ -41,15 +42,20 @@ LEVEL = 1e-2  # relative change over the first octave below which a response cou
 class SampledModel:
     """Discrete model of a craft with controllers of one period [s].
 
-    flow    E (n, n);  sample  S (n, n);  states (name, unit) of s
+    generator  [[A, B], [0, 0]] (n, n);  sample  S (n, n);  states (name, unit) of s
     commands  names of the commands that act between samples, and their indices in s
     """
 
-    flow: Array
+    generator: Array
     sample: Array
     states: tuple[tuple[str, str], ...]
     commands: dict[str, int]
     period: float
+
+    @cached_property
+    def flow(self) -> Array:
+        """E (n, n), from one sample to the next."""
+        return np.asarray(expm(self.generator * self.period))
 
     def multipliers(self) -> ComplexArray:
         """Eigenvalues (n,) of S E by falling size; the loop is stable where none lies outside the unit circle."""
@@ -109,14 +115,13 @@ def sampled_model(system: System) -> SampledModel:
     sampled_states = [names.index(name) for name in stored if not name.endswith(".next")]
     builder = _SampledBuilder(model, x, np.array(sampled_states, int))
     flow = builder.flow()
-    E = np.asarray(expm(flow * period))
     commands = {
         f"{item.name}/{command}": builder.n + sampled_states.index(names.index(f"{item.name}.{command}"))
         for item in model.system.controllers
         for command in item.commands
     }
     commands = {name: k for name, k in commands.items() if flow[: builder.n, k].any()}
-    return SampledModel(E, builder.sample(period), builder.names(), commands, period)
+    return SampledModel(flow, builder.sample(period), builder.names(), commands, period)
 
 
 def margins(model: SampledModel, command: str) -> Margins:

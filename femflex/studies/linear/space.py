@@ -7,7 +7,7 @@ x, u and y are departures from the values about which the model holds.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
@@ -117,27 +117,34 @@ def indices_of_names(requested: Sequence[str] | None, pairs: Sequence[tuple[str,
 
 
 def resolvent_response(A: Array | ComplexArray, B: Array, C: Array, omega: Array) -> ComplexArray:
-    """C (i w - A)^-1 B (n, n_out, n_in) at w (n,) [rad/s], by a Schur form of the balanced A or, at a few, directly.
+    """C (i w - A)^-1 B (n, n_out, n_in) at w (n,) [rad/s]. Raises ValueError at an undamped pole."""
+    return resolvent(A, B, C, np.asarray(1j * omega, complex), lambda s: UNDAMPED.format(omega=s.imag))
 
-    Raises ValueError at an undamped pole.
+
+def resolvent(
+    A: Array | ComplexArray, B: Array, C: Array, points: ComplexArray, singular: Callable[[complex], str]
+) -> ComplexArray:
+    """C (s - A)^-1 B (n, n_out, n_in) at points s (n,), by a Schur form of the balanced A or, at a few, directly.
+
+    Raises ValueError at an eigenvalue, with the text of `singular`.
     """
     from scipy.linalg import matrix_balance, schur
 
     if not len(A):
-        return np.zeros((len(omega), len(C), B.shape[1]), complex)
-    if len(omega) <= FEW:
+        return np.zeros((len(points), len(C), B.shape[1]), complex)
+    if len(points) <= FEW:
         try:
-            X = np.linalg.solve(1j * omega[:, None, None] * np.eye(len(A)) - A, B.astype(complex)[None])
+            X = np.linalg.solve(points[:, None, None] * np.eye(len(A)) - A, B.astype(complex)[None])
         except np.linalg.LinAlgError:
-            raise ValueError(UNDAMPED.format(omega=omega[0])) from None
+            raise ValueError(singular(points[0])) from None
         return np.asarray(C @ X)
     balanced, (scale, order) = matrix_balance(A, permute=False, separate=True)
     T, U = schur(np.asarray(balanced, complex), output="complex")
     right, left = U.conj().T @ (B / scale[:, None])[order], (C * scale)[:, order] @ U
-    n, X = len(A), np.empty((len(A), len(omega), B.shape[1]), complex)
+    n, X = len(A), np.empty((len(A), len(points), B.shape[1]), complex)
     for k in range(n - 1, -1, -1):
-        pivot = 1j * omega - T[k, k]
+        pivot = points - T[k, k]
         if not pivot.all():
-            raise ValueError(UNDAMPED.format(omega=omega[np.argmin(np.abs(pivot))]))
+            raise ValueError(singular(points[np.argmin(np.abs(pivot))]))
         X[k] = (right[k] + np.tensordot(T[k, k + 1 :], X[k + 1 :], 1)) / pivot[:, None]
     return np.asarray(np.einsum("ok,kni->noi", left, X))
