@@ -8,7 +8,6 @@ of what is no mode, add up to the whole.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -18,15 +17,14 @@ from femflex.arrays import Array, ComplexArray
 from femflex.case import Case
 from femflex.disturbances import BaseVibration, Line, Shock
 from femflex.noun.problems import suggestion_text
-from femflex.studies.jitter.plant import Mode, Plant, jitter_plant
+from femflex.studies.jitter.plant import Mode, Plant, Spin, jitter_plant
 from femflex.studies.jitter.quadrature import cumulative, frequency_panels
 from femflex.studies.jitter.shock import combined_peaks
 from femflex.studies.linear.space import AROUND, response_grid
 from femflex.system import Part
-from femflex.warning import PhysicsWarning
 
 SPEEDS = 200  # evenly spaced speeds of a scan; those of resonances are added
-SAME = 1e-6  # relative change of the equilibrium with the speed of a wheel that does not count
+BRANCHES = 60  # speeds at which the poles of a craft with a rotor are computed
 TURN = 2.0 * np.pi
 
 
@@ -35,12 +33,14 @@ class SpeedScan:
     """Jitter over the speed of a source.
 
     speeds (n,) [rad/s];  mean_squares (n, n_out);  orders (n_o,);  by_order (n, n_o, n_out) mean squares by harmonic
+    spin   change of the model with the speed, None where there is none
     """
 
     speeds: Array
     mean_squares: Array
     orders: Array
     by_order: Array
+    spin: Spin | None = None
 
     @property
     def worst_indices(self) -> Array:
@@ -186,7 +186,7 @@ def jitter(
             continue
         density, parts = _random(plant, name, modes, frequencies, weights)
         lines = [line for line in noun.lines(None, high) if line.frequency >= low]
-        squares, line_parts = _of_lines(plant, plant.A, name, modes, lines)
+        squares, line_parts = _of_lines(plant, name, modes, lines)
         at_lines = tuple((np.array([line.frequency for line in lines]), row) for row in squares.T)
         total = weights @ density + squares.sum(axis=0)
         contributions[name] = Contribution(total, parts + line_parts, at_lines, density)
@@ -218,13 +218,14 @@ def _random(plant: Plant, name: str, modes: Sequence[Mode], frequencies: Array, 
 
 
 def _of_lines(
-    plant: Plant, A: ComplexArray, name: str, modes: Sequence[Mode], lines: Sequence[Line]
+    plant: Plant, name: str, modes: Sequence[Mode], lines: Sequence[Line], spin: Spin | None = None, speed: float = 0.0
 ) -> tuple[Array, Array]:
-    """Mean squares (n_l, n_out) of lines, and the parts (n_modes + 1, n_out) of their sum."""
+    """Mean squares (n_l, n_out) of lines, and the parts (n_modes + 1, n_out) of their sum; a rotor has this speed."""
     if not lines:
         return np.zeros((0, len(plant.names))), np.zeros((len(modes) + 1, len(plant.names)))
     frequencies, amplitudes = np.array([line.frequency for line in lines]), np.array([line.amplitude for line in lines])
-    motion = np.einsum("noc,nc->no", plant.response(frequencies, name, A), amplitudes)
+    H = plant.response(frequencies, name, spin, np.full(len(lines), speed))
+    motion = np.einsum("noc,nc->no", H, amplitudes)
     squares = 0.5 * np.abs(motion) ** 2
     parts = np.zeros((len(modes) + 1, len(plant.names)))
     for k, mode in enumerate(modes):
@@ -239,61 +240,48 @@ def _swept(plant: Plant, name: str, modes: Sequence[Mode], high: float, n_freque
     noun = plant.sources[name]
     assert noun.rates is not None
     first, last = noun.rates
-    matrix_at = _matrices(plant, name, first, last)
+    spin = plant.spin(name, first, last)
     orders = noun.orders(high)
-    speeds = _speeds(matrix_at, first, last, orders)
-    by_order = np.zeros((len(speeds), len(orders), len(plant.names)))
+    speeds = _speeds(plant.A, spin, first, last, orders)
     place = {order: k for k, order in enumerate(orders)}
-    for i, speed in enumerate(speeds):
-        lines = [line for line in noun.lines(speed, high) if line.frequency >= low and line.order in place]
-        squares, _ = _of_lines(plant, matrix_at(speed), name, (), lines)
-        for line, row in zip(lines, squares, strict=True):
-            by_order[i, place[line.order]] += row
-    scan = SpeedScan(speeds, by_order.sum(axis=1), np.array(orders), by_order)
+    rows = [
+        (i, place[line.order], line)
+        for i, speed in enumerate(speeds)
+        for line in noun.lines(speed, high)
+        if line.frequency >= low and line.order in place
+    ]
+    by_order = np.zeros((len(speeds), len(orders), len(plant.names)))
+    if rows:
+        i, k = np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
+        H = plant.response(np.array([line.frequency for *_, line in rows]), name, spin, speeds[i])
+        motion = np.einsum("noc,nc->no", H, np.array([line.amplitude for *_, line in rows]))
+        np.add.at(by_order, (i, k), 0.5 * np.abs(motion) ** 2)
+    scan = SpeedScan(speeds, by_order.sum(axis=1), np.array(orders), by_order, spin)
     total, parts, at_lines = np.zeros(len(plant.names)), np.zeros((len(modes) + 1, len(plant.names))), []
     for k, i in enumerate(scan.worst_indices):
         lines = [line for line in noun.lines(speeds[i], high) if line.frequency >= low]
-        changed, own_modes = _plant_with(plant, matrix_at(speeds[i])), list(modes)
-        if changed is not plant:
-            own_modes = _matched(changed, modes)
-        squares, line_parts = _of_lines(changed, changed.A, name, own_modes, lines)
+        own_modes = list(modes)
+        if spin is not None:
+            own_modes = _matched(replace(plant, A=plant.A + spin.change(speeds[i])), modes)
+        squares, line_parts = _of_lines(plant, name, own_modes, lines, spin, speeds[i])
         total[k], parts[:, k] = squares[:, k].sum(), line_parts[:, k]
         at_lines.append((np.array([line.frequency for line in lines]), squares[:, k]))
     return Contribution(total, parts, tuple(at_lines), np.zeros((n_frequencies, len(plant.names))), scan)
 
 
-def _matrices(plant: Plant, name: str, first: float, last: float) -> Callable[[float], ComplexArray]:
-    """A (n, n) over the speed of a source: linear in it, as the momentum of a rotor enters, or the same for all."""
-    if not plant.has_momentum(name):
-        return lambda speed: plant.A
-    other = plant.at_speed(name, last)
-    if np.abs(other.model.y0 - plant.model.y0).max(initial=0.0) > SAME * max(
-        1.0, np.abs(plant.model.y0).max(initial=0.0)
-    ):
-        warnings.warn(
-            PhysicsWarning(
-                f"disturbance {name!r}: the equilibrium of the craft changes with the speed of the wheel; its linear "
-                "model is interpolated between the lowest and the highest speed. Give a narrower range of speeds"
-            ),
-            stacklevel=2,
-        )
-    slope = (other.A - plant.A) / (last - first)
-    return lambda speed: np.asarray(plant.A + (speed - first) * slope)
-
-
-def _speeds(matrix_at: Callable[[float], ComplexArray], first: float, last: float, orders: Sequence[float]) -> Array:
+def _speeds(A: ComplexArray, spin: Spin | None, first: float, last: float, orders: Sequence[float]) -> Array:
     """Speeds (n,) [rad/s] of a scan: evenly spaced, and around each resonance of each order, split or not."""
     speeds = [np.linspace(first, last, SPEEDS)]
-    coarse = np.linspace(first, last, 40)
-    branches = [_positive(matrix_at(speed)) for speed in coarse]
+    coarse = np.linspace(first, last, BRANCHES if spin else 2)
+    branches = [_positive(A if spin is None else A + spin.change(speed)) for speed in coarse]
+    count = min(len(branch) for branch in branches)
+    poles = np.array([branch[:count] for branch in branches])  # by rank: branches may cross
     for order in orders:
-        for k in range(min(len(branch) for branch in branches)):
-            gap = np.array([order * speed - branch[k].imag for speed, branch in zip(coarse, branches, strict=True)])
-            for j in np.flatnonzero(gap[:-1] * gap[1:] <= 0):
-                crossing = coarse[j] - gap[j] * (coarse[j + 1] - coarse[j]) / (gap[j + 1] - gap[j] or 1.0)
-                pole = _positive(matrix_at(crossing))[k]
-                centre = pole.imag / order if gap[j] != gap[j + 1] else crossing
-                speeds.append(centre + AROUND * max(-pole.real, 1e-6 * abs(pole)) / order)
+        gap = order * coarse[:, None] - poles.imag
+        for j, k in np.argwhere(gap[:-1] * gap[1:] <= 0):
+            share = gap[j, k] / (gap[j, k] - gap[j + 1, k] or 1.0)
+            pole = poles[j, k] + share * (poles[j + 1, k] - poles[j, k])
+            speeds.append(pole.imag / order + AROUND * max(-pole.real, 1e-6 * abs(pole)) / order)
     grid = np.unique(np.concatenate(speeds))
     return np.asarray(grid[(grid >= first) & (grid <= last)])
 
@@ -303,10 +291,6 @@ def _positive(A: ComplexArray) -> ComplexArray:
     values = np.linalg.eigvals(A)
     values = values[values.imag > 1e-9 * np.abs(values).max(initial=0.0)]
     return np.asarray(values[np.argsort(values.imag)])
-
-
-def _plant_with(plant: Plant, A: ComplexArray) -> Plant:
-    return plant if A is plant.A else replace(plant, A=A)
 
 
 def _matched(plant: Plant, modes: Sequence[Mode]) -> list[Mode]:

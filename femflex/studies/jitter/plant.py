@@ -7,6 +7,7 @@ minus the acceleration of the base.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -34,6 +35,7 @@ from femflex.studies.linear.inputs import BASE
 from femflex.studies.linear.space import resolvent_response
 from femflex.system import Part, System
 from femflex.system.acting import with_effectors
+from femflex.warning import PhysicsWarning
 
 XYZ = "xyz"
 MEASURED = {  # of an output: kind of its sensor, power of i w, unit
@@ -44,6 +46,8 @@ MEASURED = {  # of an output: kind of its sensor, power of i w, unit
     "acceleration": ("velocity", 1, "m/s^2"),
 }
 AMPLITUDES = "bodies/{body}/delta"
+SAME = 1e-6  # relative change of the equilibrium with the speed of a wheel that does not count
+ROUNDING = 1e-9  # of the largest singular value of a change of A
 SENSOR, ROTOR = "jitter-sensor.", "jitter-rotor."
 
 
@@ -69,6 +73,22 @@ class Mode:
 
 
 @dataclass(frozen=True, eq=False)
+class Spin:
+    """Change of A with the speed of a rotor, A(speed) = A(first) + (speed - first) U V.
+
+    first [rad/s];  U (n, r), V (r, n), r the rank of the change
+    """
+
+    first: float
+    U: Array
+    V: Array
+
+    def change(self, speed: float) -> Array:
+        """Change (n, n) of A at a speed [rad/s]."""
+        return (speed - self.first) * (self.U @ self.V)
+
+
+@dataclass(frozen=True, eq=False)
 class Plant:
     """A linear model with disturbances as inputs and motions of markers as outputs.
 
@@ -79,7 +99,7 @@ class Plant:
     outputs  names (n_out,), units, powers of i w, and weights (n_out, n_rows) of the rows of C
     base     (n_out, 3): acceleration of the base that adds to an output, inertial axes
     loop     sampled controllers, None without
-    system   of the case, without sensors and rotors of its own
+    system   of the case, without sensors and rotors of its own;  equipped: with those sensors
     """
 
     model: LinearModel
@@ -93,6 +113,7 @@ class Plant:
     base: Array
     case: Case
     system: System
+    equipped: System
     loop: SampledLoop | None = None
 
     @property
@@ -101,22 +122,41 @@ class Plant:
         assert self.case.jitter is not None
         return self.case.jitter
 
-    def at_speed(self, name: str, speed: float) -> Plant:
-        """The plant at a speed [rad/s] of a source whose rotor has momentum; itself for other sources."""
-        return plant_of(self.system, self.case, {name: speed}) if self.has_momentum(name) else self
+    def spin(self, name: str, first: float, last: float) -> Spin | None:
+        """Change of A between two speeds [rad/s] of a source, None for one whose rotor has no momentum.
+
+        Warns if the equilibrium changes with the speed.
+        """
+        if not self.has_momentum(name):
+            return None
+        faster = _with_speeds(self.equipped, self.sources, {name: last})
+        other = linear_model(faster, [], [self.model.outputs[0][0]])
+        y0, own = other.y0, self.model.y0[:1]
+        if np.abs(y0 - own).max(initial=0.0) > SAME * max(1.0, np.abs(own).max(initial=0.0)):
+            warnings.warn(
+                PhysicsWarning(
+                    f"disturbance {name!r}: the equilibrium of the craft changes with the speed of the wheel; its "
+                    "linear model is interpolated between the lowest and the highest speed. Give a narrower range of "
+                    "speeds"
+                ),
+                stacklevel=2,
+            )
+        left, size, right = np.linalg.svd((other.A - self.model.A) / (last - first))
+        rank = int(np.count_nonzero(size > ROUNDING * size.max(initial=0.0)))
+        return Spin(first, left[:, :rank] * size[:rank], right[:rank])
 
     def has_momentum(self, name: str) -> bool:
         """Whether the speed of a source changes the model: whether it is a wheel whose rotor has momentum."""
         noun = self.sources[name]
         return isinstance(noun, WheelDisturbance) and (noun.wheel is not None or noun.inertia > 0.0)
 
-    def response(self, frequencies: Array, source: str, A: ComplexArray | None = None) -> ComplexArray:
+    def response(
+        self, frequencies: Array, source: str, spin: Spin | None = None, speeds: Array | None = None
+    ) -> ComplexArray:
         """Response (n, n_out, n_c) of the outputs, in their units, to the components of a source at frequencies
-        (n,) [Hz]."""
+        (n,) [Hz], with a rotor at speeds (n,) [rad/s]."""
         omega = 2.0 * np.pi * np.asarray(frequencies, float)
-        B, C = self.model.B @ self.inputs[source], self.weights @ self.model.C
-        D = self.weights @ self.model.D @ self.inputs[source]
-        G = self._resolved(self.A if A is None else A, B, C, omega) + D
+        G = self._solved(self.weights @ self.model.C, self.weights @ self.model.D, omega, source, spin, speeds)
         G = G * (1j * omega[:, None, None]) ** self.powers[:, None]
         return np.asarray(G + self._feedthrough(source), complex)
 
@@ -165,22 +205,43 @@ class Plant:
             np.minimum(density, noun.force_limit(frequencies)[:, None] / np.maximum(np.abs(force) ** 2, 1e-300))
         )
 
-    def _rows_response(self, rows: list[int], frequencies: Array, source: str) -> ComplexArray:
+    def _rows_response(
+        self, rows: list[int], frequencies: Array, source: str, spin: Spin | None = None, speeds: Array | None = None
+    ) -> ComplexArray:
         """Response (n, n_rows, n_c) of rows of the model at frequencies (n,) [Hz]."""
-        omega, B = 2.0 * np.pi * np.asarray(frequencies, float), self.model.B @ self.inputs[source]
-        return self._resolved(self.A, B, self.model.C[rows], omega) + self.model.D[rows] @ self.inputs[source]
+        omega = 2.0 * np.pi * np.asarray(frequencies, float)
+        return self._solved(self.model.C[rows], self.model.D[rows], omega, source, spin, speeds)
 
-    def _resolved(self, A: ComplexArray, B: Array, C: Array, omega: Array) -> ComplexArray:
+    def _solved(
+        self, C: Array, D: Array, omega: Array, source: str, spin: Spin | None, speeds: Array | None
+    ) -> ComplexArray:
+        """C (i w - A)^-1 B + D (n, n_out, n_c) for a source at w (n,) [rad/s], with a rotor at speeds (n,) [rad/s].
+
+        The momentum of the rotor enters by the matrix inversion lemma.
+        """
+        B = self.model.B @ self.inputs[source]
+        if spin is None or speeds is None:
+            return self._resolved(B, C, omega) + D @ self.inputs[source]
+        G = self._resolved(np.hstack([B, spin.U]), np.vstack([C, spin.V]), omega)
+        n_out, n_c = len(C), B.shape[1]
+        factor = (speeds - spin.first)[:, None, None]
+        loop = np.eye(len(spin.V)) - factor * G[:, n_out:, n_c:]
+        gained = factor * G[:, :n_out, n_c:] @ np.linalg.solve(loop, G[:, n_out:, :n_c])
+        return np.asarray(G[:, :n_out, :n_c] + gained + D @ self.inputs[source])
+
+    def _resolved(self, B: Array, C: Array, omega: Array) -> ComplexArray:
         """C (i w - A)^-1 B (n, n_out, n_c) at w (n,) [rad/s], with the loops of sampled controllers closed."""
-        return resolvent_response(A, B, C, omega) if self.loop is None else self.loop.closed(A, B, C, omega)
+        return resolvent_response(self.A, B, C, omega) if self.loop is None else self.loop.closed(self.A, B, C, omega)
 
     def amplitude_count(self, body: str) -> int:
         """Number of amplitudes of a body. Raises ValueError for one that is not in `stress` of [jitter]."""
         return len(self._amplitude_rows(body))
 
-    def amplitudes(self, frequencies: Array, source: str, body: str) -> ComplexArray:
-        """Response (n, n_d, n_c) of the amplitudes of a body, in their units, at frequencies (n,) [Hz]."""
-        return self._rows_response(self._amplitude_rows(body), frequencies, source)
+    def amplitudes(
+        self, frequencies: Array, source: str, body: str, spin: Spin | None = None, speeds: Array | None = None
+    ) -> ComplexArray:
+        """Response (n, n_d, n_c) of the amplitudes of a body, in their units; arguments as of `response`."""
+        return self._rows_response(self._amplitude_rows(body), frequencies, source, spin, speeds)
 
     def _amplitude_rows(self, body: str) -> list[int]:
         names, start = [name for name, _ in self.model.outputs], AMPLITUDES.format(body=body)
@@ -203,11 +264,8 @@ def jitter_plant(case: Case, bodies: Mapping[str, Part] | None = None) -> Plant:
     return plant_of(resolved.system, resolved.case)
 
 
-def plant_of(system: System, case: Case, speeds: Mapping[str, float] | None = None) -> Plant:
-    """As `jitter_plant`, of a system that is built already.
-
-    speeds: name of a disturbance -> speed [rad/s] of its wheel; its own, or the lowest, by default.
-    """
+def plant_of(system: System, case: Case) -> Plant:
+    """As `jitter_plant`, of a system that is built already."""
     table = case.jitter
     if table is None or not case.disturbances:
         missing = [f"[{key}]" for key, there in (("jitter", table), ("disturbances", case.disturbances)) if not there]
@@ -225,22 +283,22 @@ def plant_of(system: System, case: Case, speeds: Mapping[str, float] | None = No
     channels = [*interfaces, *(output.channel or "" for output in table.outputs.values())]
     wants_reactions = any(channel.startswith("joints/") for channel in channels)
     equipped = replace(with_effectors(system, sensors), reactions=system.reactions or wants_reactions)
-    equipped = _with_speeds(equipped, sources, speeds or {})
+    at_speeds = _with_speeds(equipped, sources, {})
     paths, inputs = _inputs(sources)
     rows = _Rows(table.outputs)
     amplitudes = [AMPLITUDES.format(body=body) for body in table.stress]
-    model = linear_model(equipped, paths, list(dict.fromkeys([*rows.channels, *interfaces, *amplitudes])))
+    model = linear_model(at_speeds, paths, list(dict.fromkeys([*rows.channels, *interfaces, *amplitudes])))
     A = model.A.astype(complex)
     if table.loss_factor:
         A = A + _structural(model, table.loss_factor)
     names, units, powers, weights = rows.outputs(model)
     base = _base_rows(model, table.outputs, names)
-    loop = sampled_loop(equipped, model)
-    return Plant(model, A, sources, inputs, names, units, powers, weights, base, case, system, loop)
+    loop = sampled_loop(at_speeds, model)
+    return Plant(model, A, sources, inputs, names, units, powers, weights, base, case, system, equipped, loop)
 
 
 def _with_speeds(system: System, sources: Mapping[str, Source], speeds: Mapping[str, float]) -> System:
-    """The system whose wheels have the momentum of these speeds."""
+    """The system whose wheels have the momentum of these speeds [rad/s], or of their own, or of their lowest."""
     z0, rotors, states = dict(system.z0), {}, dict(system.state_names())
     for name, noun in sources.items():
         if not isinstance(noun, WheelDisturbance):

@@ -24,15 +24,15 @@ def amplitude_covariance(budget: Budget, body: str) -> Array:
             H = plant.amplitudes(budget.frequencies, name, body)
             total += np.einsum("n,noc,nc,npc->op", budget.weights, H, spectrum, H.conj()).real
         scan = budget.contributions[name].scan if name in budget.contributions else None
+        spin = None if scan is None else scan.spin
         speeds = [None] if scan is None else [float(scan.speeds[k]) for k in np.unique(scan.worst_indices)]
         candidates = []
         for speed in speeds:
             lines = [line for line in noun.lines(speed, high) if line.frequency >= budget.edges[0]]
-            moved = plant if speed is None else plant.at_speed(name, speed)
             frequencies = np.array([line.frequency for line in lines])
             each = np.zeros_like(total)
             if lines:
-                H = moved.amplitudes(frequencies, name, body)
+                H = plant.amplitudes(frequencies, name, body, spin, np.full(len(lines), speed or 0.0))
                 motion = np.einsum("noc,nc->no", H, np.array([line.amplitude for line in lines]))
                 each = 0.5 * np.einsum("no,np->op", motion, motion.conj()).real
             candidates.append(each)

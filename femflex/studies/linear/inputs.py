@@ -43,6 +43,11 @@ class Input:
     component: str
     step: float
 
+    @property
+    def is_affine(self) -> bool:
+        """Whether the equations are linear in the increment, so that one difference gives their derivative."""
+        return self.kind in ("load", "marker", "base", "effort")
+
     def with_increment(self, system: System, amount: float, coordinates: Mapping[str, float]) -> System:
         """The system with this increment of the input; coordinates: name -> value at the state."""
         if self.kind == "load":

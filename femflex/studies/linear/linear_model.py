@@ -19,7 +19,7 @@ from femflex.arrays import Array
 from femflex.dynamics.linear.equations import Linearised, linearised
 from femflex.dynamics.linear.equilibrium import Equilibrium, rest_equilibrium, rest_system
 from femflex.dynamics.linear.freedoms import usual_sizes
-from femflex.dynamics.linear.increments import displaced, local_derivative, on_line
+from femflex.dynamics.linear.increments import STEPS, displaced, local_derivative, on_line
 from femflex.dynamics.linear.states import effector_states
 from femflex.dynamics.linear.system_modes import SystemModes, modes_about
 from femflex.dynamics.model import Model, compile_system
@@ -193,7 +193,7 @@ class _Builder:
                 compile_system(entry.with_increment(self.model.system, h, self.coordinates)), self.x, self.udot
             )
 
-        return self._columns_of(equations, entry.step, M, Z)
+        return self._columns_of(equations, entry.step, M, Z, 1 if entry.is_affine else STEPS)
 
     def _motion_column(self, entry: Input, order: int, M: Array, Z: Array) -> tuple[Array, Array]:
         """Columns of value (0), rate (1) or acceleration (2) of a prescribed coordinate."""
@@ -216,9 +216,12 @@ class _Builder:
         rates = model.state_rate(self.t, x)[self.places]
         return np.concatenate([model.residual(self.t, x, udot), rates, self._outputs(model, x)])
 
-    def _columns_of(self, f: Callable[[float], Array], step: float, M: Array, Z: Array) -> tuple[Array, Array]:
+    def _columns_of(
+        self, f: Callable[[float], Array], step: float, M: Array, Z: Array, steps: int = STEPS
+    ) -> tuple[Array, Array]:
         """Columns of the states and of the outputs, from the equations as a function of the increment."""
-        forces, rates, outputs = np.split(self._derivative(f, step), np.cumsum([self.model.n_u, len(self.places)]))
+        derivative = self._derivative(f, step, steps)
+        forces, rates, outputs = np.split(derivative, np.cumsum([self.model.n_u, len(self.places)]))
         return np.concatenate([np.zeros(len(M)), np.linalg.solve(M, -Z.T @ forces), rates]), outputs
 
     def _output_matrix(self, Z: Array) -> Array:
@@ -242,11 +245,15 @@ class _Builder:
             columns.append(self._derivative(on_line(of_states, np.eye(self.model.n_x)[index]), STEP * size))
         return np.column_stack([np.zeros((len(self.outputs), 0)), *columns])
 
-    def _derivative(self, f: Callable[[float], Array], step: float) -> Array:
-        """Derivative of a function of the increment; zero where the longest step changes it only by rounding."""
+    def _derivative(self, f: Callable[[float], Array], step: float, steps: int = STEPS) -> Array:
+        """Derivative of a function of the increment; zero where the longest step changes it only by rounding.
+
+        steps: at most; one for a linear function.
+        """
         forward, backward = f(step), f(-step)
         is_rounding = np.abs(forward - backward) <= ROUNDING * np.maximum(np.abs(forward), np.abs(backward))
-        return np.where(is_rounding, 0.0, local_derivative(f, step))
+        slope = (forward - backward) / (2.0 * step) if steps == 1 else local_derivative(f, step)
+        return np.where(is_rounding, 0.0, slope)
 
     def _outputs(self, model: Model, x: Array) -> Array:
         channels = model.observe(np.array([self.t]), x[None])
