@@ -252,10 +252,10 @@ def _swept(plant: Plant, name: str, modes: Sequence[Mode], high: float, n_freque
     ]
     by_order = np.zeros((len(speeds), len(orders), len(plant.names)))
     if rows:
-        i, k = np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
-        H = plant.response(np.array([line.frequency for *_, line in rows]), name, spin, speeds[i])
+        at, of = np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
+        H = plant.response(np.array([line.frequency for *_, line in rows]), name, spin, speeds[at])
         motion = np.einsum("noc,nc->no", H, np.array([line.amplitude for *_, line in rows]))
-        np.add.at(by_order, (i, k), 0.5 * np.abs(motion) ** 2)
+        np.add.at(by_order, (at, of), 0.5 * np.abs(motion) ** 2)
     scan = SpeedScan(speeds, by_order.sum(axis=1), np.array(orders), by_order, spin)
     total, parts, at_lines = np.zeros(len(plant.names)), np.zeros((len(modes) + 1, len(plant.names))), []
     for k, i in enumerate(scan.worst_indices):
