@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from support.nastran_decks import STEEL, frequencies, read_deck_of_cards
 
-from femflex.fem.sections.profiles import profile
+from femflex.decks.nastran.bar_properties import bar_shape
 
 N = 600  # cells of the raster along each side
 # Shape -> dimensions and whether a point (y, z) lies inside, as the figures of the manuals show them.
@@ -58,14 +58,14 @@ def test_area_and_second_moments_by_integration(kind):
     A = dA.sum()
     y0, z0 = (dA * y).sum() / A, (dA * z).sum() / A
     expected = [A, (dA * (y - y0) ** 2).sum(), (dA * (z - z0) ** 2).sum()]
-    computed = profile(kind, dim)
+    computed = bar_shape(kind, dim)
     assert [computed.A, computed.Iz, computed.Iy] == pytest.approx(expected, rel=0.01)
     assert computed.Iyz == pytest.approx((dA * (y - y0) * (z - z0)).sum(), abs=0.01 * expected[1])
 
 
 def test_torsion_of_round_and_closed_shapes():
-    assert profile("TUBE", [0.5, 0.4]).J == pytest.approx(np.pi / 2 * (0.5**4 - 0.4**4))
-    thin = profile("BOX", [1.0, 1.0, 0.001, 0.001])
+    assert bar_shape("TUBE", [0.5, 0.4]).J == pytest.approx(np.pi / 2 * (0.5**4 - 0.4**4))
+    thin = bar_shape("BOX", [1.0, 1.0, 0.001, 0.001])
     assert thin.J == pytest.approx(0.999**3 * 0.001)  # Bredt: 4 A^2 t / s = a^3 t
 
 
@@ -87,7 +87,7 @@ def test_torsion_of_round_and_closed_shapes():
     ],
 )
 def test_torsion_of_open_shapes_by_walls(kind, dim, strips):
-    assert profile(kind, dim).J == pytest.approx(sum(b * t**3 for b, t in strips) / 3, rel=5e-3)
+    assert bar_shape(kind, dim).J == pytest.approx(sum(b * t**3 for b, t in strips) / 3, rel=5e-3)
 
 
 @pytest.mark.parametrize(
@@ -110,33 +110,8 @@ def test_torsion_of_open_shapes_by_walls(kind, dim, strips):
     ],
 )
 def test_shear_areas_by_walls(kind, dim, upright, across):
-    shape = profile(kind, dim)
+    shape = bar_shape(kind, dim)
     assert [shape.ky * shape.A, shape.kz * shape.A] == pytest.approx([upright, across], rel=1e-9)
-
-
-def test_shear_centres_of_thin_shapes():
-    """T and L: where the legs meet; channel: e = 3 b^2 / (h + 6 b) from the web, on the side without flanges."""
-    t = 1e-4
-    for kind, along, sign in (("T", 0, 1.0), ("T1", 1, 1.0), ("T2", 0, -1.0)):
-        dim = [1.0, 1.0 - t, t, t] if kind == "T1" else [1.0, 1.0, t, t]
-        centre = profile(kind, dim).shear_centre
-        assert centre[along] == pytest.approx(sign * 0.25, rel=2e-3) and centre[1 - along] == pytest.approx(
-            0.0, abs=1e-12
-        )
-    for kind, dim, along in (
-        ("CHAN", [0.5, 1.0, t, t], 1),
-        ("CHAN1", [0.5 - t, t, 1.0 - 2 * t, 1.0], 1),
-        ("CHAN2", [t, t, 0.5, 1.0], 0),
-    ):
-        e, centroid = 3 * 0.25 / (1.0 + 3.0), 0.5**2 / 2.0
-        centre = profile(kind, dim).shear_centre
-        assert centre[along] == pytest.approx(-(e + centroid), rel=2e-3) and centre[1 - along] == pytest.approx(
-            0.0, abs=1e-12
-        )
-    assert profile("L", [0.5, 1.0, t, t]).shear_centre == pytest.approx((-1.0 / 3, -0.25 / 3), rel=2e-3)
-    unequal = profile("I", [1.0, 0.8, 0.4, t, t, t])  # closer to the wider flange, by their second moments
-    centroid = (0.4 - 0.8) * 0.5 / 2.2
-    assert unequal.shear_centre[0] == pytest.approx(-0.5 + 0.4**3 / (0.4**3 + 0.8**3) - centroid, rel=2e-3)
 
 
 NORMAL, ACROSS, TURNED = 8e-7, 3e-7, radians(25.0)  # principal moments [m^4], and the angle to the first axis

@@ -90,7 +90,7 @@ def test_axial_and_torsional_frequencies_match_rod_theory(rotary):
     clamp, tip = structure.clamped_dofs("start"), structure.mesh.group_points("end")[0]
     omega, phi = modes(structure, clamp)
     p = Rectangle(0.1, 0.2).properties(np.zeros(1), 1.0)
-    speed = {"translation": np.sqrt(E / RHO), "rotation": np.sqrt(ALUMINIUM.G * p.J[0] / (RHO * p.polar[0]))}
+    speed = {"translation": np.sqrt(E / RHO), "rotation": np.sqrt(ALUMINIUM.G * p.J[0] / (RHO * (p.Iy + p.Iz)[0]))}
     for kind, c in speed.items():
         along = np.abs((getattr(structure, kind) @ phi)[3 * tip + 1])
         computed = omega[along > 1e-3 * along.max()][:3]

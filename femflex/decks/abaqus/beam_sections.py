@@ -11,8 +11,9 @@ from dataclasses import dataclass, replace
 from femflex.decks.abaqus.materials import Elastic
 from femflex.decks.abaqus.model import AbaqusModel
 from femflex.decks.model import MASSLESS
+from femflex.fem.sections import profiles
 from femflex.fem.sections.library import StiffnessSection
-from femflex.fem.sections.profiles import Place, Profile, principal_moments, profile
+from femflex.fem.sections.profiles import Place, SectionProperties, principal_moments
 from femflex.mesh.formats.abaqus_keywords import Keyword
 
 SHEAR_FACTORS = {  # Abaqus' own, by shape
@@ -40,7 +41,7 @@ def beam_section(model: AbaqusModel, material: Elastic, keyword: Keyword) -> Bea
     """The BeamSection of *BEAM SECTION."""
     E, G, rho = material.bar()
     kind = _kind(keyword.parameter("section"))
-    section, centroid = _profile(model, keyword, kind)
+    section, centroid = _shape(model, keyword, kind)
     return _principal_section(section, E, G, rho, SHEAR_FACTORS[kind], _n1(keyword, 1), centroid)
 
 
@@ -63,9 +64,9 @@ def general_section(model: AbaqusModel, keyword: Keyword) -> BeamSection:
             )
         I11, I12, I22, J = (value * u.length**4 for value in values[1:5])
         # y lies along the 2-axis: I11 = int (along 2)^2 dA bends about 1
-        section = Profile(values[0] * u.length**2, I11, I22, J, -I12)
+        section = profiles.by_numbers(values[0] * u.length**2, I11, I22, J, -I12)
     else:
-        section, centroid = _profile(model, keyword, kind)
+        section, centroid = _shape(model, keyword, kind)
     return _principal_section(section, E, G, rho, SHEAR_FACTORS.get(kind, 1.0), _n1(keyword, 1), centroid)
 
 
@@ -91,8 +92,14 @@ def with_shear(model: AbaqusModel, beam: BeamSection, keyword: Keyword) -> BeamS
 
 
 def _principal_section(
-    section: Profile, E: float, G: float, rho: float, factor: float, n1: tuple[float, ...] | None, centroid: Place
-) -> BeamSection:
+    section: SectionProperties,
+    E: float,
+    G: float,
+    rho: float,
+    factor: float,
+    n1: tuple[float, ...] | None,
+    centroid: Place,
+) -> BeamSection:  # fmt: skip
     """The section in principal axes; centroid: from the nodes."""
     A, I1, I2 = section.A, section.Iz, section.Iy
     if not (A > 0 and I1 > 0 and I2 > 0 and E > 0):
@@ -118,7 +125,7 @@ def _kind(word: str) -> str:
     return next((name for name in ("RECT", "CIRC") if kind.startswith(name)), kind)
 
 
-def _profile(model: AbaqusModel, keyword: Keyword, kind: str) -> tuple[Profile, Place]:
+def _shape(model: AbaqusModel, keyword: Keyword, kind: str) -> tuple[SectionProperties, Place]:
     """The profile [m], and its centroid (y, z) from the nodes."""
     d, counts = [value * model.units.length for value in _row(keyword, 0)], N_DIMENSIONS
     if kind not in counts:
@@ -133,28 +140,27 @@ def _profile(model: AbaqusModel, keyword: Keyword, kind: str) -> tuple[Profile, 
             f"{keyword.location()}: SECTION={kind} has dimensions {d} m; give {counts[kind]}, none negative."
         )
     if kind == "RECT":
-        return profile("BAR", d), (0.0, 0.0)
+        return profiles.bar(*d[:2]), (0.0, 0.0)
     if kind == "CIRC":
         a, b = d[0], d[1] if len(d) > 1 and d[1] > 0 else d[0]  # CalculiX: half axes along 1 and 2
-        A, J = math.pi * a * b, math.pi * (a * b) ** 3 / (a**2 + b**2)
-        return Profile(A, math.pi * a * b**3 / 4, math.pi * b * a**3 / 4, J), (0.0, 0.0)
+        return profiles.ellipse(b, a), (0.0, 0.0)
     if kind in ("PIPE", "THICK PIPE"):
-        return profile("TUBE2", d), (0.0, 0.0)
+        return profiles.tube(*d[:2]), (0.0, 0.0)
     if kind == "BOX":  # widths along 1 and 2, then the walls at +1, +2, -1, -2; the nodes are at its middle
         a, b, right, top, left, bottom = d[:6]
-        box = profile("BOX1", [a, b, top, bottom, right, left])  # z is against 1
+        box = profiles.box(a, b, top, bottom, right, left)  # z is against 1
         walls = (a * (top**3 + bottom**3) + b * (left**3 + right**3)) / 3  # torsion constant of the open section
         return replace(box, J=box.J + walls), box.centroid
     if kind == "I":
         low, h, b1, b2, t1, t2, web = d[:7]
-        section = profile("I", [h, b1, b2, web, t1, t2])
+        section = profiles.i_section(h, b1, b2, web, t1, t2)
         return section, (section.centroid[0] + h / 2 - low, 0.0)
     if kind == "T":
         b, h, low, tf, tw = d[:5]
-        section = profile("T", [b, h, tf, tw])
+        section = profiles.tee(b, h, tf, tw)
         return section, (section.centroid[0] + h - tf / 2 - low, 0.0)
     a, b, t1, t2 = d[:4]  # L: legs along 1 (thickness t1) and 2 (t2), the nodes where their middles cross
-    section = profile("L", [a, b, t1, t2])  # z is against 1
+    section = profiles.angle(a, b, t1, t2)  # z is against 1
     J, (y, z) = (a * t1**3 + (b - t1) * t2**3) / 3, section.centroid
     return replace(section, Iyz=-section.Iyz, J=J), (y, -(z + a / 2))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from femflex.decks.findings import BY_MATRICES
@@ -9,7 +10,32 @@ from femflex.decks.nastran.bulk import Bulk
 from femflex.decks.nastran.by_number import ByNumber
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.materials import Materials
-from femflex.fem.sections.profiles import Place, Profile, n_dimensions, principal_moments, profile
+from femflex.fem.sections import profiles
+from femflex.fem.sections.profiles import Place, SectionProperties, principal_moments
+
+SHAPES: dict[str, tuple[int, Callable[..., SectionProperties]]] = {  # type -> number of dimensions, and the shape
+    "ROD": (1, lambda radius: profiles.ellipse(radius, radius)),
+    "TUBE": (2, lambda outer, inner: profiles.tube(outer, outer - inner)),
+    "TUBE2": (2, profiles.tube),
+    "BAR": (2, profiles.bar),
+    "BOX": (4, lambda w, h, t, sides: profiles.box(w, h, t, t, sides, sides)),
+    "BOX1": (6, profiles.box),
+    "I": (6, profiles.i_section),
+    "I1": (4, lambda flanges, web, inner, h: profiles.i_section(
+        h, flanges + web, flanges + web, web, (h - inner) / 2, (h - inner) / 2)),
+    "H": (4, profiles.h_section),
+    "T": (4, profiles.tee),
+    "T1": (4, profiles.lying_tee),
+    "T2": (4, lambda w, h, t, web: profiles.upside_down(profiles.tee(w, h, t, web))),
+    "CHAN": (4, profiles.channel),
+    "CHAN1": (4, lambda flanges, web, inner, h: profiles.channel(flanges + web, h, web, (h - inner) / 2)),
+    "CHAN2": (4, lambda wall, bottom, h, w: profiles.turned(profiles.channel(h, w, bottom, wall))),
+    "Z": (4, lambda flange, web, inner, h: profiles.zee(flange, web, h, (h - inner) / 2)),
+    "L": (4, profiles.angle),
+    "CROSS": (4, profiles.cross),
+    "HAT": (4, profiles.hat),
+    "HEXA": (3, profiles.hexagon),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -122,11 +148,11 @@ class BarProperties:
     def _pbarl(self, card: Card) -> BarProperty:
         kind, words = card.word(3), card.words_from(8)
         count = n_dimensions(kind)
-        section = profile(kind, card.reals(8, min(count, len(words))))
+        section = bar_shape(kind, card.reals(8, min(count, len(words))))
         stations = {0.0: self._profile_station(section, card.real(8 + count, 0.0))}
         return self._bar_property(card, stations, section.ky, section.kz)
 
-    def _profile_station(self, section: Profile, nsm: float) -> Station:
+    def _profile_station(self, section: SectionProperties, nsm: float) -> Station:
         return self._station(section.A, section.Iz, section.Iy, section.Iyz, section.J, nsm)
 
     def _pbeaml(self, card: Card) -> BarProperty:
@@ -141,7 +167,7 @@ class BarProperties:
                 if not any(card.has(i) for i in range(k - 2, k + count + 1)):
                     break
             dimensions = card.reals(k, count)
-            section = profile(kind, dimensions) if first is None or any(dimensions) else first
+            section = bar_shape(kind, dimensions) if first is None or any(dimensions) else first
             first = first or section
             stations[position] = self._profile_station(section, card.real(k + count, 0.0))
             k += count + 1
@@ -193,6 +219,26 @@ class BarProperties:
         return BarProperty(
             card.integer(0), positions, tuple(stations[x] for x in positions), K1, K2, E, G, rho, card, centroid, mass
         )
+
+
+def bar_shape(kind: str, dimensions: Sequence[float]) -> SectionProperties:
+    """The shape of this type of PBARL. Raises ValueError for unknown types and impossible dimensions."""
+    count = n_dimensions(kind)
+    if len(dimensions) < count:
+        raise ValueError(f"section type {kind} has {len(dimensions)} dimensions; it needs {count}")
+    shape = SHAPES[kind][1](*dimensions[:count])
+    if not (shape.A > 0 and shape.Iz > 0 and shape.Iy > 0 and shape.J > 0):
+        raise ValueError(
+            f"section type {kind} with dimensions {[*dimensions[:count]]} has no area or no stiffness; correct them"
+        )
+    return shape
+
+
+def n_dimensions(kind: str) -> int:
+    """Number of dimensions of this type of PBARL. Raises ValueError for unknown types."""
+    if kind not in SHAPES:
+        raise ValueError(f"section type {kind!r} is not known; known are {', '.join(SHAPES)}")
+    return SHAPES[kind][0]
 
 
 def principal(station: Station) -> tuple[float, Station]:

@@ -17,7 +17,7 @@ from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.model import NastranModel
 from femflex.fem import Rigid
 from femflex.fem.sections.library import CableSection, StiffnessSection
-from femflex.fem.sections.profiles import profile
+from femflex.fem.sections.profiles import tube
 from femflex.fem.support import COMPONENTS
 
 RELATIVE_SUBSTITUTE = 1e-9  # stiffness given to a bar in place of zero, relative to its other stiffnesses
@@ -259,8 +259,8 @@ def _rod_property(model: NastranModel, card: Card) -> Rod:
         inner = outer - card.real(3, outer / u.length) * u.length
         if inner < -1e-12 * outer or inner >= outer:
             raise ValueError(f"{card} has a wall that is thicker than half its diameter, or none")
-        tube = profile("TUBE", [outer, inner])
-        A, J, nsm = tube.A, tube.J, card.real(4, 0.0)
+        section = tube(outer, outer - inner)
+        A, J, nsm = section.A, section.J, card.real(4, 0.0)
     values = {"A": A, "J": J, "nonstructural_mass": nsm * (u.mass / u.length * bulk.wtmass)}
     v = bulk.override([f"pid_{number}", *bulk.names_of(number)], values, str(card))
     if v["A"] < 0 or rho * v["A"] + v["nonstructural_mass"] < 0:

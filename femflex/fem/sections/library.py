@@ -7,12 +7,15 @@ Every dimension is a number, a table (s, values) or a formula of the arc length 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import ClassVar, Literal
 
 import numpy as np
 
 from femflex.arrays import Array
+from femflex.fem.sections import profiles
 from femflex.fem.sections.materials import Material
+from femflex.fem.sections.profiles import SectionProperties, semi_axis
 from femflex.fem.sections.section import (
     AreaAlong,
     Dimensioned,
@@ -23,14 +26,12 @@ from femflex.fem.sections.section import (
     Resultants,
     RigidityAlong,
     SecondMomentAlong,
-    SectionProperties,
     Shape,
     check_wall,
     ellipse,
     polygon,
 )
 
-ZETA_5 = 1.0369277551433699  # sum of 1 / n^5
 # Contribution of one square corner of a wall of unit thickness in addition to the straight walls that end at its inner
 # edge: the first is exact by conformal mapping, the others are from finite elements (converged to the digits shown).
 CORNER_FLUX = 1 - 2 / np.pi * np.log(2)
@@ -51,7 +52,7 @@ class Rectangle(Shape):
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
         """Properties of the section at s, with the shapes and units of `SectionProperties`."""
         b, h = self.dimensions(s, length).values()
-        return SectionProperties(b * h, b * h**3 / 12, h * b**3 / 12, rectangle_torsion(b, h), b / 2, h / 2)
+        return profiles.bar(h, b)
 
     def outline(self, s: Array, length: Array | float) -> Outline:
         """Polygon of the section (..., k, 2) [m] at s."""
@@ -90,19 +91,11 @@ class Box(Shape):
         flux = straight / t + 4 * CORNER_FLUX
         volume = bi * hi + straight * t / 2 + 4 * CORNER_VOLUME * t**2
         J = 4 * volume**2 / flux + straight * t**3 / 3 + 4 * CORNER_TORSION * t**4
-        return SectionProperties(
-            b * h - bi * hi, (b * h**3 - bi * hi**3) / 12, (h * b**3 - hi * bi**3) / 12, J, b / 2, h / 2
-        )
+        return replace(profiles.box(h, b, t, t, t, t), J=J)
 
     def outline(self, s: Array, length: Array | float) -> Outline:
         """Polygon of the section (..., k, 2) [m] at s."""
         return Rectangle(width=self.width, height=self.height).outline(s, length)
-
-    def shear_factors(self, s: Array, length: Array | float, nu: float) -> tuple[Array, Array]:
-        """The walls along each direction over the whole section [1], shapes as in `Shape`."""
-        b, h, t = self.dimensions(s, length).values()
-        A = b * h - (b - 2 * t) * (h - 2 * t)
-        return 2 * b * t / A, 2 * h * t / A
 
 
 class Circle(Shape):
@@ -118,8 +111,7 @@ class Circle(Shape):
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
         """Properties of the section at s, with the shapes and units of `SectionProperties`."""
         (r,) = self.dimensions(s, length).values()
-        I = np.pi / 4 * r**4
-        return SectionProperties(np.pi * r**2, I, I, 2 * I, r, r)
+        return profiles.ellipse(r, r)
 
     def outline(self, s: Array, length: Array | float) -> Outline:
         """Polygon of the section (..., k, 2) [m] at s."""
@@ -148,9 +140,7 @@ class Tube(Shape):
         """Properties of the section at s, with the shapes and units of `SectionProperties`."""
         R, t = self.dimensions(s, length).values()
         check_wall(self, t, R, s)
-        r = R - t
-        I = np.pi / 4 * (R**2 + r**2) * (R + r) * t  # (R^4 - r^4), without cancellation for thin walls
-        return SectionProperties(np.pi * (R + r) * t, I, I, 2 * I, R, R)
+        return profiles.tube(R, t)
 
     def outline(self, s: Array, length: Array | float) -> Outline:
         """Polygon of the section (..., k, 2) [m] at s."""
@@ -187,14 +177,10 @@ class ISection(Shape):
         b, h, f, w = self.dimensions(s, length).values()
         check_wall(self, f, h / 2, s, "flange", "half the height")
         check_wall(self, w, b, s, "web", "the width")
-        hi = h - 2 * f
-        A = b * h - (b - w) * hi
-        Iy = (b * h**3 - (b - w) * hi**3) / 12
-        Iz = (2 * f * b**3 + hi * w**3) / 12
         D = f + w**2 / (4 * f)  # circle through both re-entrant corners that touches the flange's outer face
-        strips = 2 * b * f**3 * (1 / 3 - 0.21 * f / b * (1 - (f / b) ** 4 / 12)) + hi * w**3 / 3
+        strips = 2 * b * f**3 * (1 / 3 - 0.21 * f / b * (1 - (f / b) ** 4 / 12)) + (h - 2 * f) * w**3 / 3
         J = strips + 2 * 0.15 * np.minimum(f, w) / np.maximum(f, w) * D**4
-        return SectionProperties(A, Iy, Iz, J, b / 2, h / 2)
+        return replace(profiles.turned(profiles.i_section(h, b, b, w, f, f)), J=J)
 
     def outline(self, s: Array, length: Array | float) -> Outline:
         """Polygon of the section (..., k, 2) [m] at s."""
@@ -205,13 +191,6 @@ class ISection(Shape):
         strips = [(0, 1, 2, 11), (10, 3, 4, 9), (8, 5, 6, 7)]  # lower flange, web, upper flange
         triangles = [corner for a, b_, c, d in strips for corner in ((a, b_, c), (a, c, d))]
         return Outline(np.stack([y, z], axis=-1), np.array(triangles, np.int64))
-
-    def shear_factors(self, s: Array, length: Array | float, nu: float) -> tuple[Array, Array]:
-        """k_y and k_z (...) [1]: along y 5/6 of the flanges, along z the web over the height, over the whole
-        section."""
-        d = self.dimensions(s, length)
-        A = self.properties(s, length).A
-        return 5 / 3 * d["width"] * d["flange"] / A, d["height"] * d["web"] / A
 
 
 class GivenSection(Shape):
@@ -236,18 +215,17 @@ class GivenSection(Shape):
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
         """Properties of the section at s, with the shapes and units of `SectionProperties`."""
-        d = self.dimensions(s, length)
-        y_max, z_max = self._fibres(d)
-        return SectionProperties(d["A"], d["Iy"], d["Iz"], d["J"], y_max, z_max)
+        return self._by_numbers(self.dimensions(s, length))
 
     def outline(self, s: Array, length: Array | float) -> Outline:
         """Polygon of the section (..., k, 2) [m] at s."""
-        return ellipse(*self._fibres(self.dimensions(s, length, pointed=True)))
+        p = self._by_numbers(self.dimensions(s, length, pointed=True))
+        return ellipse(p.y_max, p.z_max)
 
     @staticmethod
-    def _fibres(d: dict[str, Array]) -> tuple[Array, Array]:
-        y_max = d["y_max"] if "y_max" in d else _semi_axis(d["Iz"], d["A"])
-        return y_max, d["z_max"] if "z_max" in d else _semi_axis(d["Iy"], d["A"])
+    def _by_numbers(d: dict[str, Array]) -> SectionProperties:
+        p = profiles.by_numbers(d["A"], d["Iz"], d["Iy"], d["J"])
+        return replace(p, y_max=d.get("y_max", p.y_max), z_max=d.get("z_max", p.z_max))
 
 
 class StiffnessSection(Dimensioned):
@@ -291,7 +269,7 @@ class StiffnessSection(Dimensioned):
         if "area" in d:
             radius = np.sqrt(d["area"] / np.pi)
             return ellipse(radius, radius)
-        return ellipse(_semi_axis(d["EIz"], d["EA"]), _semi_axis(d["EIy"], d["EA"]))
+        return ellipse(semi_axis(d["EIz"], d["EA"]), semi_axis(d["EIy"], d["EA"]))
 
 
 class CableSection(Dimensioned):
@@ -308,21 +286,3 @@ class CableSection(Dimensioned):
         """EA (...) [N] and mass per length (...) [kg/m] at arc lengths s (...) [m]."""
         d = self.dimensions(s, length)
         return d["EA"], d["mass_per_length"]
-
-
-def rectangle_torsion(width: Array, height: Array) -> Array:
-    """Torsion constant of solid rectangles [m^4], exact to rounding.
-
-    J = a b^3 [1/3 - (64 / pi^5)(b / a) sum_{n odd} tanh(n pi a / 2b) / n^5], b <= a (Timoshenko & Goodier, Theory of
-    Elasticity, art. 109). With tanh = 1 - (1 - tanh) the first part sums to 31/32 zeta(5), the rest falls as e^(-n pi).
-    """
-    a, b = np.maximum(width, height), np.minimum(width, height)
-    n = np.arange(1, 14, 2)
-    rest = 2 / (np.exp(np.minimum(n * np.pi * (a / b)[..., None], 700.0)) + 1)  # 1 - tanh(x) = 2 / (e^2x + 1)
-    total = 31 / 32 * ZETA_5 - (rest / n**5).sum(axis=-1)
-    return np.asarray(a * b**3 * (1 / 3 - 64 / np.pi**5 * (b / a) * total))
-
-
-def _semi_axis(I: Array, A: Array) -> Array:
-    """Semi-axis of the solid ellipse with radius of gyration sqrt(I / A); zero at a pointed tip."""
-    return 2 * np.sqrt(np.divide(I, A, out=np.zeros_like(I), where=A > 0))

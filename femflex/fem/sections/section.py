@@ -18,35 +18,13 @@ from scipy.interpolate import PchipInterpolator
 from femflex.arrays import Array, IntArray
 from femflex.fem.formula import formula
 from femflex.fem.sections.materials import Material
+from femflex.fem.sections.profiles import SectionProperties
 from femflex.noun.table import Table
 from femflex.noun.values import AlongMember
 
 WITH_UNIT = r"\s*[-+0-9.eE]+\s*[a-zA-Z][^*(+]*"  # a number with a unit, such as "3 mm" or "2e6 N/m^2"; no formula
 ROUND_SIDES = 24  # sides of the polygon that draws a round section
 Variation = float | str | Sequence[ArrayLike] | Array  # a number, a formula of s and L, or a table (s, values)
-
-
-@dataclass(frozen=True, eq=False)
-class SectionProperties:
-    """Properties of a section at stations along a member; every field has the stations' shape.
-
-    A                area [m^2]
-    Iy, Iz           int z^2 dA, int y^2 dA [m^4]
-    J                torsion constant [m^4]
-    y_max, z_max     extreme fibres: largest |y| and |z| of the section [m]
-    """
-
-    A: Array
-    Iy: Array
-    Iz: Array
-    J: Array
-    y_max: Array
-    z_max: Array
-
-    @property
-    def polar(self) -> Array:
-        """Polar second moment of area (...), Iy + Iz [m^4]."""
-        return self.Iy + self.Iz
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,9 +169,10 @@ class Shape(Dimensioned):
         return np.stack(np.broadcast_arrays(1 / p.A, p.y_max / p.Iz, p.z_max / p.Iy, twisted), axis=-1)
 
     def shear_factors(self, s: Array, length: Array | float, nu: float) -> tuple[Array, Array]:
-        """Shear factors k (...) [1] along y and z, shear force = k G A gamma; 5/6 if the shape defines
-        none."""
-        return np.full(np.shape(s), 5 / 6), np.full(np.shape(s), 5 / 6)
+        """Shear factors k (...) [1] along y and z, shear force = k G A gamma; those of the properties where the shape
+        has no formula of Poisson's ratio."""
+        p = self.properties(s, length)
+        return p.ky + 0 * p.A, p.kz + 0 * p.A
 
 
 def check_wall(
