@@ -1,13 +1,13 @@
-"""Notes on the bodies of a system, their strain and their shapes, as text and JSON: the same from every verb."""
+"""Notes on the bodies of a system, their strain and their shapes: the same from every verb."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from femflex.cli.tables import print_folded
+from femflex.cli.tables import print_line
 
 if TYPE_CHECKING:
     from femflex.pipeline.decisions import ResolvedCase
@@ -20,7 +20,7 @@ def print_notes(notes: Mapping[str, str]) -> None:
     """Print the notes, a folded line for each body that has one."""
     for name, note in notes.items():
         if note:
-            print_folded(f"body        {name}: {note}")
+            print_line("body", f"{name}: {note}", [{"body": name, "note": note}])
 
 
 def print_reasons(resolved: ResolvedCase, verbose: bool) -> None:
@@ -28,17 +28,3 @@ def print_reasons(resolved: ResolvedCase, verbose: bool) -> None:
     from femflex.advice import notes_of
 
     print_notes(notes_of(resolved.advice, () if verbose else ("mesh",)))
-
-
-def strain_data(resolved: ResolvedCase) -> dict[str, dict[str, Any]]:
-    """Return the strain of each elastic body, and the notes and the advice on it, as --json prints them."""
-    notes = resolved.notes
-    return {
-        name: {
-            "strain": body.strain_form,
-            "note": notes.get(name, ""),
-            "advice": [advice.data() for advice in resolved.advice if advice.body == name],
-        }
-        for name, body in resolved.system.bodies.items()
-        if body.n_modes
-    }

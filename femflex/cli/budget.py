@@ -11,7 +11,7 @@ import typer
 
 from femflex.cli.options import Force, Json, MovedCase, Theme
 from femflex.cli.progress import Bar, Patience
-from femflex.cli.tables import print_json, print_line, print_table
+from femflex.cli.tables import print_line, print_table, printed
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
@@ -51,17 +51,15 @@ def budget(
             needed = [f"{body}/attitude", f"{body}/position", "monitors/center_of_mass"]
             needed += [path for path in run if path.startswith("effectors/") and path.endswith("/force")]
             result = torque_budget(model, run.time, run.states(), {path: run[path] for path in needed})
-        if as_json:
-            print_budget_json(result)
-        else:
-            print_budget(result)
         if output is not None:
             from femflex.view.terms import plot_budget
 
             torques = {source.name: source.torque for source in result.sources}
             plot_budget(run, result.time, torques, result.sources[-1].momentum, output, theme=theme, force=force)
-            if not as_json:
-                print(f"picture     {output}")
+        with printed(as_json):
+            print_budget(result)
+            if output is not None:
+                print_line("picture", output)
 
 
 def _run_of(file: Path, stack: ExitStack) -> Run:
@@ -100,20 +98,3 @@ def print_budget(result: TorqueBudget) -> None:
         for source in result.sources
     ]  # fmt: skip
     print_table(["source", *((head, ".3e") for head in (*heads, "mean force, N", "by deformation, N m"))], rows)
-
-
-def print_budget_json(result: TorqueBudget) -> None:
-    """Print a budget as JSON, in SI."""
-    sources = {
-        source.name: {
-            "mean_torque": source.mean,
-            "largest_torque": source.largest,
-            "secular_momentum_per_orbit": result.secular(source),
-            "cyclic_momentum": result.cyclic(source),
-            "mean_force": source.mean_force,
-            "torque_by_deformation": source.deformation,
-        }
-        for source in result.sources
-    }
-    span = {"start": float(result.time[0]), "end": float(result.time[-1]), "orbits": result.orbits}
-    print_json({**span, "whole_orbits": result.whole, "sources": sources})

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from femflex.cli.advice_lines import print_reasons, strain_data
+from femflex.cli.advice_lines import print_reasons
 from femflex.cli.options import (
     DIAGRAM_SUFFIXES,
     PAGE_SUFFIXES,
@@ -27,7 +27,7 @@ from femflex.cli.options import (
     read_seconds,
 )
 from femflex.cli.progress import Bar, Patience
-from femflex.cli.tables import print_folded, print_json, print_line, print_table, write_csv
+from femflex.cli.tables import print_folded, print_line, print_table, print_title, printed, record, write_csv
 from femflex.cli.verb import print_error, verb
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def campbell(
     are followed over that value.
     """
     kinds = {TABLE: (".csv",), PICTURE: DIAGRAM_SUFFIXES, REPORT: PAGE_SUFFIXES}
-    report = DiagramReport(outputs(output, kinds, force, theme), theme, force, as_json)
+    report = DiagramReport(outputs(output, kinds, force, theme), theme, force)
     time = read_seconds(at, "--at")
     with Patience("reading the case"):
         from femflex.case import read_case
@@ -88,17 +88,18 @@ def campbell(
                 raise ValueError(
                     f"found {'--orders' if orders else '--at'}, which goes with speeds and not with {axis_range[0]}"
                 )
-            return print_value_diagram(parsed_case, axis_range, modes, report)
+            with printed(as_json):
+                return print_value_diagram(parsed_case, axis_range, modes, report)
         parsed_case = with_options(parsed_case, speeds, modes, orders)
         from femflex.studies.campbell import axis_of, resolve_campbell_case
 
         axis_of(parsed_case)  # reported before the bodies are built
         resolved = resolve_campbell_case(parsed_case)
-    if not as_json:
+    with printed(as_json):
         print_reasons(resolved, verbose)
-    diagram, stopped = computed_diagram(parsed_case, time, resolved)
-    if diagram is not None:
-        report.print_of_case(parsed_case, diagram, {"bodies": strain_data(resolved)})
+        diagram, stopped = computed_diagram(parsed_case, time, resolved)
+        if diagram is not None:
+            report.print_of_case(parsed_case, diagram)
     if stopped is not None:
         raise stopped
 
@@ -231,29 +232,24 @@ class DiagramReport:
     files: dict[str, Path] = field(default_factory=dict)
     theme: str = "light"
     force: bool = False
-    as_json: bool = False
 
-    def print_of_case(self, case: Case, diagram: Campbell, extra: dict[str, Any] | None = None) -> None:
-        """Print the diagram of a case with what is expected of it; extra: merged into its JSON."""
+    def print_of_case(self, case: Case, diagram: Campbell) -> None:
+        """Print the diagram of a case with what is expected of it."""
         from femflex.case.verdicts import diagram_verdicts
 
         assert case.campbell is not None
         if not diagram.complete:
             print_error(f"broken off after {int(diagram.requested.sum())} of {len(case.campbell.speeds)} speeds")
-        self.print(diagram, case.campbell.speeds.scale, case.campbell.speeds.unit, extra)
-        if diagram.complete and not self.as_json:
-            for verdict in diagram_verdicts(case, diagram):
-                print_line("expected", verdict)
+        self.print(diagram, case.campbell.speeds.scale, case.campbell.speeds.unit)
+        for verdict in diagram_verdicts(case, diagram) if diagram.complete else ():
+            print_line("expected", verdict)
 
-    def print(self, diagram: Campbell, scale: float, unit: str, extra: dict[str, Any] | None = None) -> None:
+    def print(self, diagram: Campbell, scale: float, unit: str) -> None:
         """Print the diagram, and write the requested files."""
-        if self.as_json:
-            print_json(diagram.to_dict() | (extra or {}))
-        else:
-            print_campbell(diagram, scale, unit)
+        print_campbell(diagram, scale, unit)
         for kind, path in self.files.items():
             if kind == TABLE:
-                write_table(diagram, path, self.force)
+                write_csv(path, *point_rows(diagram), self.force)
             elif kind == PICTURE:
                 from femflex.view.campbell import plot_campbell
 
@@ -262,8 +258,7 @@ class DiagramReport:
                 from femflex.report.studies import write_campbell_report
 
                 write_campbell_report(diagram, path, scale, unit, self.force)
-            if not self.as_json:
-                print(f"{kind:11} {path}")
+            print_line(kind, path)
 
 
 def print_campbell(diagram: Campbell, scale: float, unit: str) -> None:
@@ -273,7 +268,8 @@ def print_campbell(diagram: Campbell, scale: float, unit: str) -> None:
     from femflex.dynamics.linear.small_motions import growth_rule
 
     if diagram.title:
-        print(diagram.title)
+        print_title(diagram.title)
+    record("complete", diagram.complete)
     requested, speeds = np.flatnonzero(diagram.requested), diagram.speeds / scale
     heads = [f"{diagram.value} {unit}".strip(), *(branch.name for branch in diagram.branches)]
 
@@ -285,22 +281,25 @@ def print_campbell(diagram: Campbell, scale: float, unit: str) -> None:
         ]
         print_table(heads, [[f"{speeds[k]:.6g}", *(column[k] for column in cells)] for k in requested], title)
 
-    frame = "" if diagram.value else " in the spinning frame"
-    table(f"frequency{frame}, Hz (* unstable)", (branch.frequencies for branch in diagram.branches))
-    ratios = [branch.damping_ratios for branch in diagram.branches]
-    if np.nanmax(np.abs([ratio[requested] for ratio in ratios]), initial=0.0) > PRINTED:
-        table("damping ratio of oscillating modes (* unstable)", ratios)
+    point_heads, points = point_rows(diagram)
+    if not record("points", [dict(zip(point_heads, row, strict=True)) for row in points]):
+        frame = "" if diagram.value else " in the spinning frame"
+        table(f"frequency{frame}, Hz (* unstable)", (branch.frequencies for branch in diagram.branches))
+        ratios = [branch.damping_ratios for branch in diagram.branches]
+        if np.nanmax(np.abs([ratio[requested] for ratio in ratios]), initial=0.0) > PRINTED:
+            table("damping ratio of oscillating modes (* unstable)", ratios)
     noun = "values" if diagram.value else "speeds"
     if between := int((~diagram.requested).sum()):
-        print(f"followed    through {between} additional {noun}, where mode shapes change fast")
+        print_line("followed", f"through {between} additional {noun}, where mode shapes change fast", between)
     for branch in diagram.branches:
         if branch.final_character:
             print_line("branch", f"{branch.name} ends as {branch.final_character}")
     if diagram.critical:
-        print(
-            f"critical    {', '.join(f'{speed / scale:.6g}' for speed in diagram.critical)} {unit}: the stiffness is "
-            f"singular there, and no unique equilibrium exists; a row of the tables holds the limit from below"
+        text = (
+            f"{', '.join(f'{speed / scale:.6g}' for speed in diagram.critical)} {unit}: the stiffness is singular "
+            "there, and no unique equilibrium exists; a row of the tables holds the limit from below"
         )
+        print_line("critical", text, list(diagram.critical))
     if diagram.orders:
         print_crossings(diagram, scale, unit)
     growing = [branch for branch in diagram.branches if branch.growing.any()]
@@ -313,17 +312,21 @@ def print_campbell(diagram: Campbell, scale: float, unit: str) -> None:
         print_line("stability", f"stable: no motion grows at any of these {noun}")
     print_line("growth", growth_rule())
     if diagram.rigid:
-        print_folded(f"rigid       {', '.join(diagram.rigid)}: neither grow nor decay, and are no branches")
+        print_line(
+            "rigid", f"{', '.join(diagram.rigid)}: neither grow nor decay, and are no branches", list(diagram.rigid)
+        )
 
 
 def print_crossings(diagram: Campbell, scale: float, unit: str) -> None:
     """Print at which speeds each branch meets each multiple of the spin."""
+    if record("crossings", [vars(crossing) for crossing in diagram.crossings]):
+        return
     met: dict[tuple[str, int], list[str]] = {}
     for crossing in diagram.crossings:
         met.setdefault((crossing.branch, crossing.order), []).append(f"{crossing.speed / scale:.6g}")
     orders = [f"{order}/rev" for order in diagram.orders]
     if not met:
-        print(f"crossing    none with {', '.join(orders)} at these speeds\n")
+        print_folded(f"crossing    none with {', '.join(orders)} at these speeds\n")
         return
     rows = [
         [branch.name, *(", ".join(met.get((branch.name, order), ())) for order in diagram.orders)]
@@ -332,8 +335,8 @@ def print_crossings(diagram: Campbell, scale: float, unit: str) -> None:
     print_table([unit, *orders], rows, "speed at which it meets")
 
 
-def write_table(diagram: Campbell, path: Path, force: bool) -> None:
-    """Write every point of every branch as CSV, a line each."""
+def point_rows(diagram: Campbell) -> tuple[list[str], list[list[Any]]]:
+    """Heads, and a row for every point of every branch."""
     abscissa = f"{diagram.value} [{diagram.unit}]" if diagram.unit else diagram.value
     heads = [abscissa if diagram.value else "speed [rad/s]", "asked", "branch", "frequency [Hz]", "damping ratio"]
     rows = [
@@ -346,4 +349,4 @@ def write_table(diagram: Campbell, path: Path, force: bool) -> None:
         for k, speed in enumerate(diagram.speeds)
         if branch.eigenvalues[k] == branch.eigenvalues[k]
     ]  # fmt: skip
-    write_csv(path, [*heads, "growth [1/s]", "stable", "character"], rows, force)
+    return [*heads, "growth [1/s]", "stable", "character"], rows

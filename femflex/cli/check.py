@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from femflex.cli.advice_lines import print_reasons, strain_data
+from femflex.cli.advice_lines import print_reasons
 from femflex.cli.options import CaseFile, Force, Json, Verbose
 from femflex.cli.progress import Patience
-from femflex.cli.tables import print_json
+from femflex.cli.tables import print_line, printed, record
 from femflex.cli.verb import BAD_INPUT, print_warnings, verb, warnings_so_far
 
 if TYPE_CHECKING:
@@ -40,20 +40,22 @@ def check(
         resolved, description = examine_case(case)
         copy = advice_copy(case, resolved, force) if write_advice else None
     except CaseError as error:
-        if as_json:
-            print_json({"problems": [{"where": p.where, "text": p.text} for p in error.problems]})
-            raise typer.Exit(BAD_INPUT) from None
-        raise
-    if as_json:
-        print_json({"problems": [], "warnings": warnings_so_far(), "bodies": strain_data(resolved)})
-    else:
-        print_warnings()
+        if not as_json:
+            raise
+        with printed(as_json):
+            record("problems", [{"where": problem.where, "text": problem.text} for problem in error.problems])
+        raise typer.Exit(BAD_INPUT) from None
+    with printed(as_json):
+        record("problems", [])
+        if not record("warnings", warnings_so_far()):
+            print_warnings()
         warned = len(warnings_so_far())
         verdict = f"no errors, {counted_noun(warned, 'warning', 'warnings')}" if warned else "no problems"
-        print(f"{case.name}: {verdict}; {description}")
+        if not record("verdict", f"{verdict}; {description}"):
+            print(f"{case.name}: {verdict}; {description}")
         print_reasons(resolved, verbose)
         if copy is not None:
-            print(f"advice      {copy}")
+            print_line("advice", copy)
 
 
 def advice_copy(case: Path, resolved: ResolvedCase, force: bool) -> Path:

@@ -12,7 +12,7 @@ import typer
 
 from femflex.cli.options import DIAGRAM_SUFFIXES, PAGE_SUFFIXES, PICTURE, REPORT, Force, Json, Theme, outputs
 from femflex.cli.progress import Bar, Patience, keep_alive
-from femflex.cli.tables import print_json, print_line, print_table
+from femflex.cli.tables import print_line, print_table, print_title, printed, record, section
 from femflex.cli.verb import print_error, verb
 
 if TYPE_CHECKING:
@@ -81,24 +81,24 @@ def converge(
         case_with_strain, notes = with_strain_notes(parsed_case)
         check_studies(case_with_strain, varied)
     findings: list[Finding] = []
-    for word in varied or ["modes"]:
-        study, names, stopped = run_study(parsed_case, word, numbers, tolerance)
-        if study is not None:
-            findings.append(study)
-            if not as_json:
-                print_finding(study)
-        if stopped is not None:
-            print_together(findings, notes, as_json)
-            if study is not None and files:  # an interrupt does not wait for a picture
-                print_error("no picture is drawn")
-            raise stopped
-        assert study is not None
-        parsed_case = with_recommended_level(parsed_case, study, names)
-    print_together(findings, notes, as_json)
-    for kind, path in files.items():
-        draw_findings(findings, kind, path, theme, force)
-        if not as_json:
-            print(f"{kind:11} {path}")
+    with printed(as_json):
+        for word in varied or ["modes"]:
+            study, names, stopped = run_study(parsed_case, word, numbers, tolerance)
+            if study is not None:
+                findings.append(study)
+                with section(word):
+                    print_finding(study)
+            if stopped is not None:
+                print_together(findings, notes)
+                if study is not None and files:  # an interrupt does not wait for a picture
+                    print_error("no picture is drawn")
+                raise stopped
+            assert study is not None
+            parsed_case = with_recommended_level(parsed_case, study, names)
+        print_together(findings, notes)
+        for kind, path in files.items():
+            draw_findings(findings, kind, path, theme, force)
+            print_line(kind, path)
 
 
 def checked_levels(levels: str | None, varied: list[str]) -> list[int] | None:
@@ -167,18 +167,13 @@ def read_levels(text: str, option: str = "--levels") -> list[int]:
         raise ValueError(f"{option} is {text!r}; give whole numbers with commas, such as 1,2,4,8") from None
 
 
-def print_together(findings: list[Finding], notes: Mapping[str, str], as_json: bool) -> None:
-    """Print the common result of several studies, or all of them as JSON with the notes on bodies."""
+def print_together(findings: list[Finding], notes: Mapping[str, str]) -> None:
+    """Print the common result of several studies; the choices and the notes on bodies in JSON."""
     from femflex.studies import recommendation_text, recommended_level
 
-    if as_json and len(findings) == 1:
-        print_json(findings[0].to_dict() | {"notes": dict(notes)})
-    elif as_json and findings:
-        choices = {finding.over: recommended_level(finding) for finding in findings}
-        studies = [finding.to_dict() for finding in findings]
-        summary = {"studies": studies, "choice": choices, "verdict": recommendation_text(findings)}
-        print_json(summary | {"notes": dict(notes)})
-    elif len(findings) > 1:
+    record("notes", dict(notes))
+    record("choice", {finding.over: recommended_level(finding) for finding in findings})
+    if len(findings) > 1:
         print_line("together", recommendation_text(findings))
 
 
@@ -198,7 +193,7 @@ def print_finding(study: Finding) -> None:
     """Print the table of one study, and its verdict."""
     from femflex.studies import FunctionStudy, StrainStudy
 
-    print(f"{study.title} [{study.unit}]" if study.unit not in ("", "1") else study.title)
+    print_title(f"{study.title} [{study.unit}]" if study.unit not in ("", "1") else study.title)
     if isinstance(study, StrainStudy):
         print_forms(study)
     elif isinstance(study, FunctionStudy):
@@ -219,7 +214,7 @@ def print_forms(study: StrainStudy) -> None:
         ]
         for form in study.forms
     ]  # fmt: skip
-    print_table(heads, rows)
+    print_table(heads, rows, name="rows")
 
 
 def print_kinds(study: FunctionStudy) -> None:
@@ -230,7 +225,8 @@ def print_kinds(study: FunctionStudy) -> None:
         marks = ["<-" if study.choice == (kind, int(level)) else "" for level in levels.levels]
         columns = levels.levels, levels.counts, levels.values, differences, marks
         rows += [[kind, *row] for row in zip(*columns, strict=True)]
-    print_table(["functions", "a field", "coordinates", ("value", ".12g"), ("difference", ".2e"), ""], rows)
+    heads = ["functions", "a field", "coordinates", ("value", ".12g"), ("difference", ".2e"), ""]
+    print_table(heads, rows, name="rows")
 
 
 def print_levels(study: Convergence) -> None:
@@ -240,7 +236,7 @@ def print_levels(study: Convergence) -> None:
     columns = [study.levels, *counts.values(), study.values, study.changes, study.errors, marks]
     level = "refined" if study.over == "mesh" else study.over
     heads = [level, *counts, ("value", ".12g"), ("change", ".3e"), ("error", ".2e"), ""]
-    print_table(heads, [[str(row[0]), *row[1:]] for row in zip(*columns, strict=True)])
+    print_table(heads, zip(*columns, strict=True), name="rows")
     if study.over == "modes" and study.added.any():
         print_line("level", LEVEL)
     for text in study.left_out:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from femflex.cli.advice_lines import print_reasons, strain_data
+from femflex.cli.advice_lines import print_reasons
 from femflex.cli.options import MOVIE, PICTURE, REPORT
 from femflex.cli.progress import Bar, Patience
-from femflex.cli.tables import print_folded, print_json, print_table
+from femflex.cli.tables import Shown, print_folded, print_line, print_table, print_title, printed
 
 if TYPE_CHECKING:
     from femflex.case import Case
@@ -48,14 +48,12 @@ def craft_modes(
         resolved = resolve_at_rest(case)
         modes = case_modes(resolved, at)
     draw_modes(modes, files, mode, case.title or file.stem, force)
-    if as_json:
-        print_json(modes.to_dict() | {"bodies": strain_data(resolved)})
-        return
-    print(case.title or file.name)
-    print_reasons(resolved, verbose)
-    print_modes(case, modes, number, verbose)
-    for kind, path in files.items():
-        print(f"{kind:11} {path}")
+    with printed(as_json):
+        print_title(case.title or file.name)
+        print_reasons(resolved, verbose)
+        print_modes(case, modes, number, verbose)
+        for kind, path in files.items():
+            print_line(kind, path)
 
 
 def draw_modes(modes: SystemModes, files: dict[str, Path], mode: int | None, title: str, force: bool) -> None:
@@ -84,34 +82,28 @@ def draw_modes(modes: SystemModes, files: dict[str, Path], mode: int | None, tit
 def print_modes(case: Case, modes: SystemModes, number: int | None, verbose: bool) -> None:
     """Print the table of modes, what they are about, stability and verdicts; verbose: frequencies also in rad/s."""
     from femflex.case.verdicts import mode_verdicts
-    from femflex.cli.equilibrium import frame_text, length_lines, print_stability
+    from femflex.cli.equilibrium import print_about, print_stability
 
     count = min(number or SHOWN, len(modes.names))
     rows = [
         [
-            str(k + 1), modes.label(k + 1), modes.frequencies[k], *[modes.eigenvalues[k].imag] * verbose,
-            f"{modes.damping_ratios[k]:.4g}" + "*" * bool(modes.growing[k]), kinetic_energy_text(modes, k),
+            k + 1, modes.label(k + 1), modes.frequencies[k], *[modes.eigenvalues[k].imag] * verbose,
+            Shown(ratio, f"{ratio:.4g}" + "*" * bool(modes.growing[k])), kinetic_energy(modes, k),
         ]
-        for k in range(count)
+        for k, ratio in enumerate(modes.damping_ratios)
     ]  # fmt: skip
-    print_table(["mode", "name", "Hz", *["rad/s"] * verbose, "damping ratio", "kinetic energy"], rows)
-    if count < len(modes.names):
-        print(f"and {len(modes.names) - count} modes above, which -n and --json list\n")
+    heads = ["mode", "name", "Hz", *["rad/s"] * verbose, "damping ratio", "kinetic energy"]
+    print_table(heads, rows, name="modes", shown=count)
     if modes.growing[:count].any():
-        print("*           the motion grows")
+        print_folded("*           the motion grows")
     if note := damping_note(case, modes):
-        print_folded(f"damping     {note}")
-    print_folded(f"about       {frame_text(modes.about)}")
-    for line in length_lines(modes.about):
-        print_folded(line)
-    if modes.left_out:
-        names_text = ", ".join(modes.left_out)
-        print_folded(f"left out    {names_text}. Time-varying loads are ignored here; --at TIME freezes them")
+        print_line("damping", note)
+    print_about(modes.about, modes.left_out)
     if modes.held:
-        print_folded(f"held        commands of the sampled controllers {', '.join(modes.held)}: their loops are open")
+        print_line("held", f"commands of the sampled controllers {', '.join(modes.held)}: their loops are open")
     print_stability(modes.about)
     for verdict in mode_verdicts(case, modes):
-        print_folded(f"expected    {verdict}")
+        print_line("expected", verdict)
 
 
 def damping_note(case: Case, modes: SystemModes) -> str:
@@ -149,7 +141,8 @@ def damping_note(case: Case, modes: SystemModes) -> str:
     return ""
 
 
-def kinetic_energy_text(modes: SystemModes, k: int) -> str:
-    """Name the bodies that hold the kinetic energy of a mode, in per cent."""
-    shares = sorted(((float(share[k]), body) for body, share in modes.energy.items()), reverse=True)
-    return ", ".join(f"{body} {100 * share:.0f} %" for share, body in shares if share >= CARRIES)
+def kinetic_energy(modes: SystemModes, k: int) -> Shown:
+    """Shares of the bodies in the kinetic energy of a mode, as text in per cent of those that hold some."""
+    shares = {body: float(share[k]) for body, share in modes.energy.items()}
+    largest_first = sorted(((share, body) for body, share in shares.items()), reverse=True)
+    return Shown(shares, ", ".join(f"{body} {100 * share:.0f} %" for share, body in largest_first if share >= CARRIES))

@@ -11,7 +11,7 @@ import typer
 
 from femflex.cli.options import Json
 from femflex.cli.progress import Patience
-from femflex.cli.tables import print_folded, print_json
+from femflex.cli.tables import print_line, printed, record
 from femflex.cli.verb import FAILED, verb
 from femflex.extras import MissingExtra, install_command, require
 from femflex.worker_processes import usable_cores
@@ -45,11 +45,10 @@ def doctor(
                 failed.append(name)
                 facts[name] = f"FAILED: {' '.join(str(error).split()) or type(error).__name__}"
     facts |= {f"[{extra}]": text for extra, text in _extras().items()}
-    if as_json:
-        print_json(facts | {"failed": failed})
-    else:
+    with printed(as_json):
         for name, text in facts.items():
-            print_folded(f"{name:11} {text}")
+            print_line(name, text)
+        record("failed", failed)
     if failed:
         raise typer.Exit(FAILED)
 

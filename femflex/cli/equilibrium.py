@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from femflex.cli.advice_lines import print_reasons, strain_data
+from femflex.cli.advice_lines import print_reasons
 from femflex.cli.options import At, CaseFile, Force, Json, Verbose, read_seconds
 from femflex.cli.progress import Patience
-from femflex.cli.tables import print_folded, print_json, print_line, print_table
+from femflex.cli.tables import print_folded, print_line, print_table, print_title, printed, record
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
@@ -64,73 +66,80 @@ def equilibrium(
             raise
     if output is not None:
         write_equilibrium(state, parsed_case, output, force=force, resolved=resolved)
-    if as_json:
-        print_json(equilibrium_data(state) | {"bodies": strain_data(resolved)})
-        return
-    print(parsed_case.title or case.name)
-    print_reasons(resolved, verbose)
-    print_equilibrium(state, verbose)
-    if output is not None:
-        print(f"kept        {output}")
+    with printed(as_json):
+        print_title(parsed_case.title or case.name)
+        print_reasons(resolved, verbose)
+        print_equilibrium(state, verbose)
+        if output is not None:
+            print_line("kept", output)
 
 
 def print_equilibrium(state: Equilibrium, verbose: bool) -> None:
     """Print coordinates, verbose: also those that are zero, marker positions, residual and stability."""
-    system = state.model.system
-    names = system.coordinate_names()
-    rows: list[list[Any]] = [
-        [name, float(f"{value:.10g}"), unit] for (name, unit), value in zip(names, state.q, strict=True)
-    ]
-    values = {name: value for name, value, _ in rows}
-    if not verbose:
-        rows = [row for row in rows if row[1] != 0.0]
-    if len(rows) > SHOWN:
-        segment_names = {piece for pieces in system.segments.values() for piece in pieces}
-        rows = [row for row in rows if row[0].rpartition(".delta")[0] not in segment_names][:SHOWN]
-    if rows:
-        print_table(["coordinate", ("value", ".10g"), "unit"], rows)
-    if len(rows) < len(names):
-        rest = [value for name, value in values.items() if name not in {row[0] for row in rows}]
-        zero = "" if any(rest) else " that are zero"
-        print(f"and {len(rest)} coordinates{zero}, which -v, --json and the result file list\n")
+    names = state.model.system.coordinate_names()
+    rows = [[name, value, unit] for (name, unit), value in zip(names, state.q, strict=True)]
+    if not record("coordinates", {name: value for name, value, _ in rows}):
+        print_coordinates(rows, state, verbose)
     heads = [(f"{quantity}{axis}, m", ".9g") for quantity in ("", "deflection ") for axis in "xyz"]
-    print_table(
-        ["marker", *heads],
-        [
-            [label, *position["position"], *position.get("deflection", (0.0, 0.0, 0.0))]
-            for label, position in marker_positions(state).items()
-        ],
-    )
-    print_line("frame", frame_text(state))
-    for line in length_lines(state):
-        print_folded(line)
-    print_folded(f"residual    {state.residual:.2e} of the largest force, after {state.iterations} iterations")
+    markers = [
+        [label, *position["position"], *position.get("deflection", (0.0, 0.0, 0.0))]
+        for label, position in marker_positions(state).items()
+    ]
+    print_table(["marker", *heads], markers)
+    print_about(state, label="frame")
+    iterations = f"{state.residual:.2e} of the largest force, after {state.iterations} iterations"
+    print_line("residual", iterations, state.residual)
     for name, loop in loop_forces(state).items():
         force, torque = (math.hypot(*loop[key]) for key in ("force", "torque"))
-        print_folded(f"loop        {name} carries {force:.6g} N and {torque:.6g} N m")
+        print_line("loop", f"{name} carries {force:.6g} N and {torque:.6g} N m", [{"name": name, **loop}])
     if state.model.constraints is not None:
-        print(f"loops       closed to {state.gap:.1e} m")
+        print_line("loops", f"closed to {state.gap:.1e} m", state.gap)
     if state.left is not None:
-        print(f"left        an equilibrium that is {state.left.verdict}")
+        print_line("left", f"an equilibrium that is {state.left.verdict}", state.left.growth)
     print_stability(state)
     if not state.stable:
-        print("            --stable leaves it, along the motion that grows")
+        print_folded("            --stable leaves it, along the motion that grows")
+
+
+def print_coordinates(rows: list[list[Any]], state: Equilibrium, verbose: bool) -> None:
+    """Print names, values and units of coordinates, verbose: also those that are zero."""
+    shown = rows if verbose else [row for row in rows if row[1] != 0.0]
+    if len(shown) > SHOWN:
+        segment_names = {piece for pieces in state.model.system.segments.values() for piece in pieces}
+        shown = [row for row in shown if row[0].rpartition(".delta")[0] not in segment_names][:SHOWN]
+    if shown:
+        print_table(["coordinate", ("value", ".10g"), "unit"], shown)
+    if rest := [row for row in rows if row not in shown]:
+        zero = "" if any(value for _, value, _ in rest) else " that are zero"
+        print_folded(f"and {len(rest)} coordinates{zero}, which -v, --json and the result file list\n")
+
+
+def print_about(state: Equilibrium, left_out: Sequence[str] = (), label: str = "about") -> None:
+    """Print the frame and the lengths of the equilibrium that something is about, and the loads that it leaves out."""
+    from femflex.system.fixed_length import fixed_lengths
+
+    print_line(label, frame_text(state))
+    for name, length in fixed_lengths(state.model.system).items():
+        print_line("length", f"of {name} stays at {length:.6g} m", [{"body": name, "length": length}])
+    if left_out:
+        text = f"{', '.join(left_out)}. Time-varying loads are ignored here; --at TIME freezes them"
+        print_line("left out", text, list(left_out))
 
 
 def print_stability(state: Equilibrium) -> None:
     """Print the verdict, the growth rate and its threshold, and the rigid-body motions that neither grow nor decay."""
     named = state.share == 1.0 and state.motions.known  # as motions, below
-    print_folded(f"stability   {state.stability if named else state.verdict}")
+    print_line("stability", state.stability if named else state.verdict)
+    record("stable", state.stable)
+    record("eigenvalues", state.eigenvalues)
     if len(state.eigenvalues):
         from femflex.dynamics.linear.small_motions import growth_rule
 
-        print_folded(f"growth      largest growth rate {state.growth:.3g} 1/s; {growth_rule()}")
+        print_line("growth", f"largest growth rate {state.growth:.3g} 1/s; {growth_rule()}", state.growth)
     if named:
-        counts: dict[str, int] = {}
-        for motion in state.motions.known:
-            counts[motion.name] = counts.get(motion.name, 0) + 1
+        counts = Counter(motion.name for motion in state.motions.known)
         names = [name + f" ({count} directions)" * (count > 1) for name, count in counts.items()]
-        print_folded(f"rigid       {', '.join(names)}: neither grow nor decay")
+        print_line("rigid", f"{', '.join(names)}: neither grow nor decay", list(counts))
 
 
 def marker_positions(state: Equilibrium) -> dict[str, dict[str, Any]]:
@@ -165,35 +174,3 @@ def frame_text(state: Equilibrium) -> str:
     if frame.kind == "orbital" and state.model.system.orbit is not None:
         return f"at rest in the orbital frame, period {state.model.system.orbit.period:.6g} s"
     return "at rest in the inertial frame"
-
-
-def length_lines(state: Equilibrium) -> list[str]:
-    """A line per deploying body on the length at which it stays."""
-    from femflex.system.fixed_length import fixed_lengths
-
-    lengths = fixed_lengths(state.model.system)
-    return [f"length      of {name} stays at {length:.6g} m" for name, length in lengths.items()]
-
-
-def equilibrium_data(state: Equilibrium) -> dict[str, Any]:
-    """Return the equilibrium for --json."""
-    from femflex.system.fixed_length import fixed_lengths
-
-    names = [name for name, _ in state.model.system.coordinate_names()]
-    return {
-        "coordinates": dict(zip(names, state.q, strict=True)),
-        "markers": marker_positions(state),
-        "frame": state.model.system.frame.kind,
-        "lengths": fixed_lengths(state.model.system),
-        "residual": state.residual,
-        "iterations": state.iterations,
-        "loops": loop_forces(state),
-        "gap": state.gap,
-        "neutral": list(state.neutral),
-        "stable": state.stable,
-        "growth": state.growth,
-        "growth_threshold": state.growth_threshold,
-        "rigid": [motion.name for motion in state.motions.known] if state.share == 1.0 else [],
-        "left_growth": None if state.left is None else state.left.growth,
-        "eigenvalues": state.eigenvalues,
-    }

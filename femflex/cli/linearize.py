@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -22,14 +22,14 @@ from femflex.cli.options import (
     split_names,
 )
 from femflex.cli.progress import Patience
-from femflex.cli.tables import print_folded, print_json, print_table
+from femflex.cli.tables import Shown, print_line, print_table, print_title, printed, record
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
-    from femflex.studies.linear import LinearModel, StateSpace
+    from femflex.studies.linear import LinearModel, Pole, StateSpace
 
 MODEL = "model"
-SHOWN = 24  # poles printed; --json lists all
+SHOWN = 24  # poles printed as text
 PARTS = 3  # states named per pole
 
 
@@ -107,16 +107,13 @@ def linearize(
             reduced_model = modal_truncation(model, 6.283185307179586 * below)
         if balanced is not None:
             reduced_model = balanced_truncation(model, balanced)
-    data = model_data(model, reduced_model, zeros)
     written_files = write_files(reduced_model, files, parsed_case.title or case.stem, (theme, force, nichols))
-    if as_json:
-        print_json(data)
-        return
-    print(parsed_case.title or case.name)
-    print_reasons(resolved, verbose)
-    print_model(model, reduced_model, data, verbose)
-    for kind, path in written_files:
-        print(f"{kind:11} {path}")
+    with printed(as_json):
+        print_title(parsed_case.title or case.name)
+        print_reasons(resolved, verbose)
+        print_model(model, reduced_model, zeros, verbose)
+        for kind, path in written_files:
+            print_line(kind, path)
 
 
 def write_files(
@@ -147,58 +144,47 @@ def write_files(
     return written_files
 
 
-def model_data(model: LinearModel, reduced_model: StateSpace, zeros: bool) -> dict[str, Any]:
-    """Return the model for --json."""
+def print_model(model: LinearModel, reduced_model: StateSpace, zeros: bool, verbose: bool) -> None:
+    """Print the poles, verbose: with their participation, the inputs and outputs, and the state that it is about."""
+    from femflex.cli.equilibrium import print_about, print_stability
     from femflex.studies.linear import poles_of, transmission_zeros
 
-    data: dict[str, Any] = {
-        "states": [name for name, _ in reduced_model.states],
-        "inputs": [{"name": name, "unit": unit} for name, unit in reduced_model.inputs],
-        "outputs": [{"name": name, "unit": unit} for name, unit in reduced_model.outputs],
-        "about": "an instant of a motion" if model.about is None else "equilibrium",
-        "left_out": list(model.left_out),
-        "poles": [pole.to_dict() for pole in poles_of(reduced_model)],
-        **{key: getattr(reduced_model, key) for key in "ABCD"},
-    }
-    if zeros:
-        data["zeros"] = transmission_zeros(reduced_model)
-    return data
-
-
-def print_model(model: LinearModel, reduced_model: StateSpace, data: dict[str, Any], verbose: bool) -> None:
-    """Print the poles, verbose: with their participation, the inputs and outputs, and the state that it is about."""
-    from femflex.cli.equilibrium import frame_text, length_lines, print_stability
-
-    numbers = ("real", "imag", "frequency_hz", "damping_ratio")
     heads = ["pole", "real, 1/s", "imaginary, 1/s", "Hz", ("damping ratio", ".4g"), *["participation"] * verbose]
     rows = [
-        [pole["name"], *(pole[key] for key in numbers), *[_participation_text(pole)] * verbose]
-        for pole in data["poles"][:SHOWN]
+        [
+            pole.name,
+            pole.value.real,
+            pole.value.imag,
+            pole.frequency,
+            pole.damping_ratio,
+            *[_participation(pole)] * verbose,
+        ]
+        for pole in poles_of(reduced_model)
     ]
-    print_table(heads, rows)
-    if len(data["poles"]) > SHOWN:
-        print(f"and {len(data['poles']) - SHOWN} poles above, which --json lists\n")
-    if "zeros" in data:
-        print_table(["zero, real, 1/s", "imaginary, 1/s"], [[f"{z.real:.6g}", z.imag] for z in data["zeros"]])
-    print_folded(f"states      {len(reduced_model.states)}, of {len(model.states)}")
-    for key in ("inputs", "outputs"):
-        names = [entry["name"] for entry in data[key]]
+    print_table(heads, rows, name="poles", shown=SHOWN)
+    if zeros:
+        rows = [[zero.real, zero.imag] for zero in transmission_zeros(reduced_model)]
+        print_table(["zero, real, 1/s", "imaginary, 1/s"], rows, name="zeros")
+    for key in "ABCD":
+        record(key, getattr(reduced_model, key))
+    states = [name for name, _ in reduced_model.states]
+    print_line("states", f"{len(states)}, of {len(model.states)}", states)
+    for key, pairs in (("inputs", reduced_model.inputs), ("outputs", reduced_model.outputs)):
+        names = [name for name, _ in pairs]
         more_text = f" and {len(names) - SHOWN} more, which --json lists" if len(names) > SHOWN else ""
-        print_folded(f"{key:11} {', '.join(names[:SHOWN]) or 'none'}{more_text}")
+        values = [{"name": name, "unit": unit} for name, unit in pairs]
+        print_line(key, f"{', '.join(names[:SHOWN]) or 'none'}{more_text}", values)
     hankel = getattr(reduced_model, "hankel", ())
     if len(hankel):
-        print(f"error       below {reduced_model.bound:.4g}, as largest singular value")  # type: ignore[attr-defined]
+        bound = reduced_model.bound  # type: ignore[attr-defined]
+        print_line("error", f"below {bound:.4g}, as largest singular value", bound)
     if model.about is None:
-        print_folded(f"about       the state at {model.t:.9g} s")
+        print_line("about", f"the state at {model.t:.9g} s")
         return
-    print_folded(f"about       {frame_text(model.about)}")
-    for line in length_lines(model.about):
-        print_folded(line)
-    if model.left_out:
-        names_text = ", ".join(model.left_out)
-        print_folded(f"left out    {names_text}. Time-varying loads are ignored here; --at TIME freezes them")
+    print_about(model.about, model.left_out)
     print_stability(model.about)
 
 
-def _participation_text(pole: dict[str, Any]) -> str:
-    return ", ".join(f"{name} {100 * share:.0f} %" for name, share in list(pole["participation"].items())[:PARTS])
+def _participation(pole: Pole) -> Shown:
+    shares = pole.participation
+    return Shown(shares, ", ".join(f"{name} {100 * share:.0f} %" for name, share in list(shares.items())[:PARTS]))

@@ -24,12 +24,11 @@ from femflex.cli.options import (
     read_seconds,
 )
 from femflex.cli.progress import Patience
-from femflex.cli.tables import print_json, print_table
+from femflex.cli.tables import Shown, print_folded, print_line, print_table, print_title, printed, record, section
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
     from femflex.body import FlexibleBody
-    from femflex.studies import Backbone, BackboneError
 
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
@@ -103,30 +102,20 @@ def modes(
         from femflex.view import mode_montage
 
         mode_montage(next(iter(bodies.values())), picture, title=f"modes of {next(iter(bodies))}", force=force)
-    if as_json:
-        data = {
-            name: modes_data(flexible_body, compared_body) | {"note": notes.get(name, "")}
-            for name, flexible_body in bodies.items()
-        }
-        first_error = None
-        for name in bodies if amplitudes is not None else ():
-            data[name]["backbone"], error = backbone_data(bodies[name], amplitudes or [])
-            first_error = first_error or error
-        print_json(data)
-        if first_error is not None:
-            raise first_error
-        return
-    for k, (names, flexible_body) in enumerate(group_equal_bodies(bodies)):
-        print("\n" * (k > 0), end="")
-        print_modes(names, flexible_body, verbose)
-        if verbose:
-            print_notes({name: notes[name] for name, b in bodies.items() if b is flexible_body and name in notes})
-        if compared_body is not None:
-            print_mac(flexible_body, compared_body, str(mac))
-        if amplitudes is not None:
-            print_backbone(flexible_body, amplitudes)
-    if picture is not None:
-        print(f"picture     {picture}")
+    with printed(as_json):
+        for k, (names, flexible_body) in enumerate(group_equal_bodies(bodies)):
+            if k:
+                print_folded("")
+            with section(names):
+                print_modes(names, flexible_body, verbose)
+                if verbose:
+                    print_notes({name: note for name, note in notes.items() if bodies.get(name) is flexible_body})
+                if compared_body is not None:
+                    print_mac(flexible_body, compared_body, str(mac))
+                if amplitudes is not None:
+                    print_backbone(flexible_body, amplitudes)
+        if picture is not None:
+            print_line("picture", picture)
 
 
 Bodies = tuple[dict[str, "FlexibleBody"], dict[str, str]]  # and notes on them, both by name
@@ -193,34 +182,34 @@ def print_modes(name: str, body: FlexibleBody, verbose: bool) -> None:
     masses, form, n = effective_mass(body), body.strain_form, body.n_modes
     strain = "" if form == "linear" else f"; {form} strain"
     each_text = " each" if ", " in name else ""
-    print(
+    print_title(
         f"{name}: {body.moments.mass:.6g} kg{each_text}, {n} elastic coordinates"
         f"{kind_counts(body.kinds[:n])}{dependent_count(body)}{strain}"
     )
     several = len(set(masses.kinds)) > 1
     names = shape_names(body, masses.shapes)
-    numbers = [
-        (str(k + 1), f"{omega / (2 * pi):.6g}", name)
-        for k, (omega, name) in enumerate(zip(masses.omega, names, strict=True))
-    ]
+    numbers = [(k, omega / (2 * pi), name) for k, (omega, name) in enumerate(zip(masses.omega, names, strict=True), 1)]
     kinds = [[kind] * several for kind in masses.kinds]
     shares = 100.0 * np.divide(masses.effective, masses.total, out=np.zeros((n, 6)), where=masses.total > 0)
     sums = 100.0 * masses.running
 
-    def table(cells: Iterable[Iterable[Any]], form: str, last: list[list[Any]], kinds: list[list[str]]) -> None:
+    def table(title: str, cells: Iterable[Iterable[Any]], form: str, last: list[Any], kinds: list[list[str]]) -> None:
         directions = ((direction, form) for direction in DIRECTIONS)
         heads = ["mode", "Hz", ("name", "<"), *directions, *["kind"] * bool(kinds[0])]
-        print_table(heads, [[*a, *b, *c] for a, b, c in zip(numbers, cells, kinds, strict=True)] + last)
+        rows = [[*a, *b, *c] for a, b, c in zip(numbers, cells, kinds, strict=True)]
+        print_table(heads, rows + last, title, name=title.partition(" in ")[0])
 
+    mass_title = "effective mass in % of the body's mass and inertia"
     if verbose:
-        print("participation in kg^1/2 and kg^1/2 m")
-        table(np.round(masses.participation, 4) + 0.0, ".4f", [], kinds)
-        print("effective mass in % of the body's mass and inertia (running sum)")
-        cells = ([f"{s:.2f} ({r:.2f})" for s, r in zip(*rows, strict=True)] for rows in zip(shares, sums, strict=True))
-        table(cells, "", [], [[]] * n)
+        participation = np.round(masses.participation, 4) + 0.0
+        table("participation in kg^1/2 and kg^1/2 m", participation, ".4f", [], kinds)
+        cells = (
+            [Shown({"share": s, "sum": r}, f"{s:.2f} ({r:.2f})") for s, r in zip(*rows, strict=True)]
+            for rows in zip(shares, sums, strict=True)
+        )
+        table(f"{mass_title} (running sum)", cells, "", [], [[]] * n)
         return
-    print("effective mass in % of the body's mass and inertia")
-    table(shares, ".2f", [["sum", "", "", *sums[-1]]], [[]] * n)
+    table(mass_title, shares, ".2f", [["sum", None, None, *sums[-1]]], [[]] * n)
 
 
 def kind_counts(kinds: tuple[str, ...]) -> str:
@@ -244,33 +233,9 @@ def print_mac(body: FlexibleBody, compared_body: FlexibleBody, title: str) -> No
     from femflex.reduction import mac_of_bodies
 
     table = mac_of_bodies(body, compared_body)
-    print(f"modal assurance against {title}")
     heads = ["mode", *((str(k + 1), ".4f") for k in range(table.shape[1]))]
-    print_table(heads, [[str(k + 1), *row] for k, row in enumerate(table)])
-
-
-def modes_data(body: FlexibleBody, compared_body: FlexibleBody | None) -> dict[str, Any]:
-    """Return the modes of a body for --json."""
-    from math import pi
-
-    from femflex.body.slices import shape_names
-    from femflex.reduction import effective_mass, mac_of_bodies
-
-    masses = effective_mass(body)
-    data = {
-        "mass_kg": body.moments.mass,
-        "frequency_hz": masses.omega / (2 * pi),
-        "names": shape_names(body, masses.shapes),
-        "kinds": list(body.kinds),
-        "mode_kinds": list(masses.kinds),
-        "strain": body.strain_form,
-        "directions": list(DIRECTIONS),
-        "participation": masses.participation,
-        "effective_mass": masses.effective,
-        "total": masses.total,
-        "running_sum": masses.running,
-    }
-    return data | ({} if compared_body is None else {"mac": mac_of_bodies(body, compared_body)})
+    rows = [[k, *row] for k, row in enumerate(table, 1)]
+    print_table(heads, rows, f"modal assurance against {title}", name="modal assurance")
 
 
 def print_backbone(body: FlexibleBody, amplitudes: list[float]) -> None:
@@ -278,46 +243,33 @@ def print_backbone(body: FlexibleBody, amplitudes: list[float]) -> None:
 
     Raises BackboneError where they are not all reached, after those that are.
     """
-    data, error = backbone_data(body, amplitudes)
-    if data:
-        point_text = ", ".join(f"{x:.4g}" for x in data["place_m"])
-        print(f"free vibration in mode 1 by its amplitude at ({point_text}) m, frame held")
-        columns = data["amplitude_m"], data["frequency_hz"], data["frequency_hz"] / data["small_hz"]
-        print_table(["amplitude m", "Hz", ("over small motion", ".5f")], zip(*columns, strict=True))
-        for low, high in data["gaps_m"]:
-            print(
-                f"between {low:.4g} and {high:.4g} m a higher harmonic is in internal resonance with another "
-                "mode; the curve is not computed there"
-            )
-    if text := amplitude_note(body):
-        print(text)
-    if error is not None:
-        raise error
-
-
-def backbone_data(body: FlexibleBody, amplitudes: list[float]) -> tuple[dict[str, Any], BackboneError | None]:
-    """Return the backbone curve for --json, as far as it was computed, and the error that ended it."""
     from math import pi
 
     from femflex.studies import BackboneError, backbone
 
-    curve: Backbone | None
+    error = None
     try:
-        curve, error = backbone(body, 1, amplitudes), None
+        curve = backbone(body, 1, amplitudes)
     except BackboneError as stopped:
-        curve, error = stopped.backbone, stopped
-    if curve is None:
-        return {}, error
-    return {
-        "place_m": curve.place,
-        "direction": curve.direction,
-        "amplitude_m": curve.amplitudes,
-        "frequency_hz": curve.omega / (2 * pi),
-        "small_hz": curve.small / (2 * pi),
-        "gaps_m": curve.gaps,
-        "path": [(vibration.amplitude, vibration.omega / (2 * pi)) for vibration in curve.path],
-        "note": amplitude_note(body),
-    }, error
+        error = stopped
+        if stopped.backbone is None:
+            raise
+        curve = stopped.backbone
+    place = ", ".join(f"{x:.4g}" for x in curve.place)
+    title = f"free vibration in mode 1 by its amplitude at ({place}) m, frame held"
+    columns = curve.amplitudes, curve.omega / (2 * pi), curve.omega / curve.small
+    heads = ["amplitude m", "Hz", ("over small motion", ".5f")]
+    print_table(heads, zip(*columns, strict=True), title, name="backbone")
+    record("path", [(vibration.amplitude, vibration.omega / (2 * pi)) for vibration in curve.path])
+    for low, high in curve.gaps:
+        print_line(
+            "gap", f"between {low:.4g} and {high:.4g} m a higher harmonic is in internal resonance with another mode; "
+            "the curve is not computed there", [[low, high]],
+        )  # fmt: skip
+    if text := amplitude_note(body):
+        print_line("note", text)
+    if error is not None:
+        raise error
 
 
 def amplitude_note(body: FlexibleBody) -> str:

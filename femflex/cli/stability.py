@@ -22,7 +22,17 @@ from femflex.cli.options import (
     split_names,
 )
 from femflex.cli.progress import Bar
-from femflex.cli.tables import print_json, print_line, print_table, write_csv
+from femflex.cli.tables import (
+    Shown,
+    print_folded,
+    print_line,
+    print_table,
+    print_title,
+    printed,
+    record,
+    section,
+    write_csv,
+)
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
@@ -30,7 +40,7 @@ if TYPE_CHECKING:
     from femflex.studies.stability import Chart, Locus
     from femflex.studies.stability.of_case import CaseStability
 
-ROWS = 24  # values printed of a locus; the table and --json have all
+ROWS = 24  # values of a locus printed as text
 
 
 @verb('femflex stability cases/spinner.toml --vary "attitude.spin.2=0.1:1:31" -o locus.png')
@@ -75,20 +85,23 @@ def stability(
     with Bar("charting", 1.0, unit="of the points") as bar:
         case_result = case_stability(parsed_case, bar)
     if TABLE in files:
-        write_table(case_result.result, files[TABLE], force)
+        write_csv(files[TABLE], *point_rows(case_result.result), force)
     if PICTURE in files:
         draw_stability(case_result, files[PICTURE], parsed_case.title or case.stem, theme, force)
     if REPORT in files:
         from femflex.report.studies import write_stability_report
 
         write_stability_report(case_result, parsed_case.title or case.stem, files[REPORT], force)
-    if as_json:
-        print_json(stability_data(case_result))
-        return
-    print(parsed_case.title or case.name)
-    print_stability_of(case_result)
-    for kind, path in files.items():
-        print(f"{kind:11} {path}")
+    with printed(as_json):
+        print_title(parsed_case.title or case.name)
+        print_result(case_result.result)
+        if case_result.second is not None:
+            print_folded("")
+            with section("second"):
+                print_title(f"without {', '.join(case_result.left_out)}")
+                print_result(case_result.second)
+        for kind, path in files.items():
+            print_line(kind, path)
 
 
 def with_options(
@@ -133,77 +146,62 @@ def read_vary_option(text: str) -> tuple[str, dict[str, Any]]:
     return key.strip(), {"between": ends, "points": int(fields[2])}
 
 
-def print_stability_of(case_result: CaseStability) -> None:
+def print_result(result: Locus | Chart) -> None:
     """Print a locus as a table with the values at which stability changes, a chart as its regions."""
     from femflex.studies.stability import Locus
 
-    for result, left_out in ((case_result.result, ()), (case_result.second, case_result.left_out)):
-        if left_out:
-            print(f"\nwithout {', '.join(left_out)}")
-        if isinstance(result, Locus):
-            print_locus(result)
-        elif result is not None:
-            print_chart(result)
+    heads, rows = point_rows(result)
+    has_rows = record("points", [dict(zip(heads, row, strict=True)) for row in rows])
+    if isinstance(result, Locus):
+        print_locus(result, not has_rows)
+    else:
+        print_chart(result)
 
 
-def print_locus(locus: Locus) -> None:
-    """Print growth and stability over the value."""
+def print_locus(locus: Locus, with_table: bool) -> None:
+    """Print growth and stability over the value, and where it changes."""
     from femflex.studies.stability import KINDS
 
-    rows = [
-        [f"{value:.6g}", f"{growth:.6g}", KINDS[int(kind)]]
-        for value, growth, kind in zip(locus.values, locus.growth, locus.kinds, strict=True)
-    ]
-    print_table([f"{locus.name} {locus.unit}".strip(), "growth, 1/s", "stability"], rows[:: -(-len(rows) // ROWS)])
+    if with_table:
+        kinds = [KINDS[int(kind)] for kind in locus.kinds]
+        rows = list(zip(locus.values.tolist(), locus.growth, kinds, strict=True))
+        print_table([f"{locus.name} {locus.unit}".strip(), "growth, 1/s", "stability"], rows[:: -(-len(rows) // ROWS)])
     names = list(dict.fromkeys(name for name in locus.names if name))
     if names:
-        print_line("branches", f"{', '.join(names)}, named at the first value")
+        print_line("branches", f"{', '.join(names)}, named at the first value", list(locus.names))
     if locus.trivial:
-        print_line("trivial", f"{len(locus.trivial)} multipliers are 1: {', '.join(locus.trivial)}")
-        print(f"split       multipliers 1 are found within {locus.split:.2g}: rounding separates double eigenvalues")
+        text = f"{len(locus.trivial)} multipliers are 1: {', '.join(locus.trivial)}"
+        print_line("trivial", text, list(locus.trivial))
+        print_line(
+            "split",
+            f"multipliers 1 are found within {locus.split:.2g}: rounding separates double eigenvalues",
+            locus.split,
+        )
     if locus.lost is not None:
         place = f"{locus.lost:.6g} {locus.unit}".rstrip()
-        print(f"lost        no equilibrium at {place}; values beyond are not looked at")
+        print_line("lost", f"no equilibrium at {place}; values beyond are not looked at", locus.lost)
     changes = ", ".join(f"{value:.8g}" for value in locus.critical)
-    print_line("changes", f"{changes} {locus.unit}".rstrip() if changes else "nowhere")
+    print_line("changes", f"{changes} {locus.unit}".rstrip() if changes else "nowhere", list(locus.critical))
 
 
 def print_chart(chart: Chart) -> None:
     """Print the share of each region and the lines between them."""
     from femflex.studies.stability import KINDS
 
-    rows = [[text, f"{100 * float((chart.kinds == kind).mean()):.4g} %"] for kind, text in KINDS.items()]
+    shares = {text: float((chart.kinds == kind).mean()) for kind, text in KINDS.items()}
+    rows = [[text, Shown(share, f"{100 * share:.4g} %")] for text, share in shares.items()]
     print_table(["region", "of the points"], rows)
-    lines = [f"{KINDS[a]} | {KINDS[b]}: {len(points)} points" for a, b, points in chart.boundaries]
-    for line in lines or ["none"]:
-        print_line("boundary", line)
+    for a, b, points in chart.boundaries:
+        text = f"{KINDS[a]} | {KINDS[b]}: {len(points)} points"
+        print_line("boundary", text, [{"between": [KINDS[a], KINDS[b]], "points": points}])
+    if not chart.boundaries:
+        print_line("boundary", "none", [])
     error = " and ".join(f"{size:.2g} {unit}".strip() for size, unit in zip(chart.error, chart.units, strict=True))
-    print(f"traced      to within {error}")
+    print_line("traced", f"to within {error}", list(chart.error))
 
 
-def stability_data(case_result: CaseStability) -> dict[str, Any]:
-    """Return the result for --json."""
-    return {
-        "found": _result_data(case_result.result),
-        "without": case_result.left_out,
-        "second": None if case_result.second is None else _result_data(case_result.second),
-    }
-
-
-def _result_data(result: Locus | Chart) -> dict[str, Any]:
-    from femflex.studies.stability import KINDS, Locus
-
-    kinds = {"kinds": result.kinds, "growth": result.growth, "meaning": KINDS}
-    if isinstance(result, Locus):
-        keys = ("name", "unit", "values", "branches", "names", "trivial", "split", "critical", "lost")
-        return {"of": result.quantity, **{key: getattr(result, key) for key in keys}, **kinds}
-    lines = [{"between": [KINDS[a], KINDS[b]], "points": points} for a, b, points in result.boundaries]
-    axes = {"first": result.first_values, "second": result.second_values}
-    return {"names": result.names, "units": result.units, **axes, "boundaries": lines, "error": result.error, **kinds}
-
-
-def write_table(result: Locus | Chart, path: Path, force: bool) -> None:
-    """Write a CSV file with a row for every point."""
+def point_rows(result: Locus | Chart) -> tuple[list[str], list[list[Any]]]:
+    """Heads, and a row for every point of a locus or chart."""
     from femflex.studies.stability import Locus
 
     if isinstance(result, Locus):
@@ -211,17 +209,14 @@ def write_table(result: Locus | Chart, path: Path, force: bool) -> None:
         labels = [f"{k + 1} {name}".strip() for k, name in enumerate(names)]
         heads = [result.name, "kind", "growth", *(f"{part}_{label}" for label in labels for part in ("real", "imag"))]
         columns = zip(result.values, result.kinds, result.growth, result.branches, strict=True)
-        rows = [
+        return heads, [
             [value, kind, growth, *(v for z in row for v in (z.real, z.imag))] for value, kind, growth, row in columns
         ]
-    else:
-        heads = [*result.names, "kind", "growth"]
-        rows = [
-            [a, b, result.kinds[i, j], result.growth[i, j]]
-            for i, a in enumerate(result.first_values)
-            for j, b in enumerate(result.second_values)
-        ]
-    write_csv(path, heads, rows, force)
+    return [*result.names, "kind", "growth"], [
+        [a, b, result.kinds[i, j], result.growth[i, j]]
+        for i, a in enumerate(result.first_values)
+        for j, b in enumerate(result.second_values)
+    ]
 
 
 def draw_stability(case_result: CaseStability, path: Path, title: str, theme: str, force: bool) -> None:

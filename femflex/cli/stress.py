@@ -12,7 +12,7 @@ import typer
 
 from femflex.cli.options import PICTURE, TABLE, Force, Json, RunFile, outputs
 from femflex.cli.progress import Patience
-from femflex.cli.tables import print_json, print_table, write_csv
+from femflex.cli.tables import print_table, printed, write_csv
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
@@ -74,11 +74,10 @@ def stress(
             rows = (_rows_of_points if points else _rows_of_peaks)(run, bodies, fields, quantities)
         if PICTURE in files:
             _draw_peaks(run, fields, files[PICTURE], quantity, force)
-    if as_json:
-        print_json([dict(zip(rows[0], row, strict=True)) for row in rows[1:]])
-    elif not (at or points) or TABLE not in files:
+    if as_json or not (at or points) or TABLE not in files:
         keys = 1 if at else rows[0].index("quantity") + 1
-        print_table([(head, ".5g") for head in rows[0]], rows[1:], keys=keys)
+        with printed(as_json):
+            print_table([(head, ".5g") for head in rows[0]], rows[1:], keys=keys, name="rows")
     if TABLE in files:
         write_csv(files[TABLE], rows[0], rows[1:], force)
 

@@ -11,7 +11,7 @@ import typer
 from femflex.cli.interrupt import name_continuation
 from femflex.cli.options import DIAGRAM_SUFFIXES, PAGE_SUFFIXES, PICTURE, REPORT, Force, Json, Theme, outputs
 from femflex.cli.progress import Bar
-from femflex.cli.tables import print_json, print_table
+from femflex.cli.tables import print_line, print_table, printed, record
 from femflex.cli.verb import print_error, verb
 from femflex.worker_processes import worker_context
 
@@ -76,39 +76,38 @@ def sweep(
     failed = [(k, text) for k, text in enumerate(results.problems) if text]
     for number, text in failed[:FAILURES]:
         print_error(f"run {number} failed: {text}")
+    with printed(as_json):
+        print_results(results)
+        print_line("runs", f"{len(results.problems)}, of which {len(failed)} failed", len(results.problems))
+        record("failed", [{"run": k, "problem": text} for k, text in failed])
+        print_line("kept", result)
+        for kind in (PICTURE, REPORT):
+            if kind in files:
+                print_line(kind, files[kind])
+
+
+def print_results(results: Sweep) -> None:
+    """Print mean, deviation and percentiles of every output, the runs of its extremes, and the Sobol indices."""
     statistics = results.statistics()
-    if as_json:
-        names = ("mean", "sigma", "run_of_least", "run_of_largest")
-        print_json({
-            "statistics": {name: dict(zip(names, row, strict=True)) for name, row in statistics.items()},
-            "runs": len(results.problems), "failed": [{"run": k, "problem": text} for k, text in failed],
-            "inputs": results.inputs, "outputs": results.outputs, "units": results.units,
-            "percentiles": results.percentiles, "percentiles_of_outputs": results.output_percentiles(),
-            "sobol_indices": results.sobol,
-        })  # fmt: skip
-        return
-    print_table(
-        ["output", "mean", "sigma", *(f"{p:g} %" for p in results.percentiles), "unit"],
-        [
-            [name, *statistics.get(name, (None, None))[:2], *row, results.units.get(name, "")]
-            for name, row in results.output_percentiles().items()
-        ],
-    )
+    percentiles = [f"{p:g} %" for p in results.percentiles]
+    rows = [
+        [name, *statistics.get(name, (None, None))[:2], *row, results.units.get(name, "")]
+        for name, row in results.output_percentiles().items()
+    ]
+    print_table(["output", "mean", "sigma", *percentiles, "unit"], rows, name="statistics")
+    record("inputs", results.inputs)
+    record("outputs", results.outputs)
     for name, (_, _, *extremes) in statistics.items():
         for head, k in zip(("least", "largest"), extremes, strict=True):
             values = ", ".join(
                 f"{key} = {v[k]:.6g} {results.units.get(key, '')}".strip() for key, v in results.inputs.items()
             )
-            print(f"{head:11} {name} {results.outputs[name][k]:.6g} {results.units.get(name, '')} in run {k}: {values}")
+            text = f"{name} {results.outputs[name][k]:.6g} {results.units.get(name, '')} in run {k}: {values}"
+            print_line(head, text, [{"output": name, "run": k}])
     for name, shares in results.sobol.items():
         rows = [[key, *share] for key, share in zip(results.inputs, shares, strict=True)]
         heads = ["value", ("first order", ".4g"), ("total", ".4g")]
         print_table(heads, rows, f"share in the variance of {name} (Sobol indices)")
-    print(f"runs        {len(results.problems)}, of which {len(failed)} failed")
-    print(f"kept        {result}")
-    for kind in (PICTURE, REPORT):
-        if kind in files:
-            print(f"{kind:11} {files[kind]}")
 
 
 def draw_sweep(results: Sweep, path: Path, title: str, style: tuple[str, bool], kind: str) -> None:

@@ -1,10 +1,15 @@
-"""Printing: tables whose rows are data, lines and JSON on standard output, and the same rows as CSV files."""
+"""Printing: tables whose rows are data, and lines, as text or as JSON, and the same rows as CSV files.
+
+A verb prints once. Within `printed(as_json=True)` its tables and lines become entries of one JSON object.
+"""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from textwrap import wrap
 from typing import Any
@@ -14,15 +19,80 @@ GAP = 2  # spaces between columns
 NUMERIC = tuple("0123456789+-.")  # what cells of a column of numbers begin with
 
 Head = str | Sequence[str]  # of a column: its name, or the name and the format of its numbers (.6g where it has none)
+_objects: list[dict[str, Any]] = []  # JSON objects under construction, the innermost last; none where text is printed
 
 
-def print_table(heads: Sequence[Head], rows: Iterable[Sequence[Any]], title: str = "", keys: int = 1) -> None:
+@dataclass(frozen=True)
+class Shown:
+    """A value with its text in a table."""
+
+    value: Any
+    text: str
+
+
+@contextmanager
+def printed(as_json: bool) -> Iterator[None]:
+    """Print what is printed inside as one JSON object, if requested: tables as lists of rows, lines by their labels."""
+    if not as_json:
+        yield
+        return
+    _objects.append({})
+    try:
+        yield
+    finally:
+        print_json(_objects.pop())
+
+
+@contextmanager
+def section(name: str) -> Iterator[None]:
+    """Let what is printed inside be an object of that name in JSON."""
+    if not _objects:
+        yield
+        return
+    _objects.append({})
+    try:
+        yield
+    finally:
+        inner = _objects.pop()
+        record(name, inner)
+
+
+def record(name: str, value: Any) -> bool:
+    """Enter a value in the JSON object, as one more of a list where the name is there; return whether JSON is printed.
+
+    Without JSON nothing happens.
+    """
+    if not _objects:
+        return False
+    entries = _objects[-1]
+    if name in entries:
+        before = entries[name] if isinstance(entries[name], list) else [entries[name]]
+        value = [*before, *(value if isinstance(value, list) else [value])]
+    entries[name] = value
+    return True
+
+
+def print_table(
+    heads: Sequence[Head],
+    rows: Iterable[Sequence[Any]],
+    title: str = "",
+    keys: int = 1,
+    name: str = "",
+    shown: int | None = None,
+) -> None:
     """Print a table: text to the left, numbers to the right, nothing for None and nan; "<" is the format of texts.
 
     A table that is wider than the terminal is folded: its columns follow in several tables one below the other, each
-    with the first `keys` columns.
+    with the first `keys` columns. name: of the rows in JSON, by default the title or the first head. shown: number of
+    rows that are printed as text.
     """
     names, formats = zip(*((head, ".6g") if isinstance(head, str) else head for head in heads), strict=True)
+    rows = list(rows)
+    if _objects:
+        values = [[cell.value if isinstance(cell, Shown) else cell for cell in row] for row in rows]
+        record(name or title or names[0], [dict(zip(names, row, strict=True)) for row in values])
+        return
+    more, rows = len(rows[shown:]) if shown is not None else 0, rows[:shown]
     cells = [[cell_text(value, form) for value, form in zip(row, formats, strict=True)] for row in rows]
     is_left = [
         k == 0 or form == "<" or not any(row[k][:1] in NUMERIC for row in cells) for k, form in enumerate(formats)
@@ -36,6 +106,8 @@ def print_table(heads: Sequence[Head], rows: Iterable[Sequence[Any]], title: str
         )
         lines += [next(aligned), "─" * _table_width(widths, group), *aligned, ""]
     print("\n".join(lines))
+    if more:
+        print(f"and {more} rows more, which --json lists\n")
 
 
 def cell_text(value: Any, form: str = ".6g") -> str:
@@ -44,6 +116,8 @@ def cell_text(value: Any, form: str = ".6g") -> str:
     >>> cell_text(1234.5678), cell_text(3), cell_text(float("nan")), cell_text("flap 1"), cell_text(0.25, ".0%")
     ('1234.57', '3', '', 'flap 1', '25%')
     """
+    if isinstance(value, Shown):
+        return value.text
     if value is None or isinstance(value, str):
         return value or ""
     if isinstance(value, int) or (hasattr(value, "dtype") and value.dtype.kind in "iu"):
@@ -78,13 +152,25 @@ def _table_width(widths: Sequence[int], group: Sequence[int]) -> int:
 
 
 def print_folded(text: str) -> None:
-    """Print lines, those that are wider than the terminal folded under the text behind their first word."""
-    print("\n".join(piece for line in text.split("\n") for piece in folded_line(line, screen_width())))
+    """Print lines, those that are wider than the terminal folded under the text behind their first word; not in
+    JSON."""
+    if not _objects:
+        print("\n".join(piece for line in text.split("\n") for piece in folded_line(line, screen_width())))
 
 
-def print_line(label: str, text: object) -> None:
-    """Print a line of the report of a verb: a word and what it is about, folded where it is wider than the terminal."""
-    print_folded(f"{label:11} {text}")
+def print_title(text: str) -> None:
+    """Print a line at the head of what follows, "title" in JSON."""
+    if not record("title", text):
+        print(text)
+
+
+def print_line(label: str, text: object, value: Any = None) -> None:
+    """Print a line of the report of a verb: a word and what it is about, folded where it is wider than the terminal.
+
+    value: in JSON, by default the text
+    """
+    if not record(label, str(text) if value is None else value):
+        print_folded(f"{label:11} {text}")
 
 
 def folded_line(line: str, width: int) -> list[str]:

@@ -10,7 +10,7 @@ import typer
 
 from femflex.cli.options import Force, Json, MovedCase, RunFile, Theme, Title, read_seconds
 from femflex.cli.progress import Patience
-from femflex.cli.tables import print_json, print_table
+from femflex.cli.tables import print_folded, print_line, print_table, print_title, printed, record
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
@@ -70,29 +70,23 @@ def terms(
             start_time, end_time = (float(run.time[k]) if t is None else t for k, t in zip((0, -1), span, strict=True))
             explanation = explain(run, model, (start_time, end_time))
         coordinates = selected_coordinates(explanation, coordinate or [])
-        if as_json:
-            print_term_json(run.without, explanation, coordinates)
-        else:
+        with printed(as_json):
             print_term_tables(run.without, explanation, coordinates)
-        if output is not None:
-            from femflex.view.terms import CoordinateTerms, plot_terms
+            if output is not None:
+                from femflex.view.terms import CoordinateTerms, plot_terms
 
-            visible, span_text = readable_part(explanation, coordinates, automatic=start is None and end is None)
-            coordinate_terms = [
-                CoordinateTerms(
-                    k, explanation.names[k], explanation.units[k], "inertia" if whole else explanation.own_sources[k]
-                )
-                for k in coordinates
-            ]
-            style: PlotOptions = {"theme": theme, "title": title, "force": force}
-            terms_of_picture = visible.terms if whole else visible.parts
-            plot_terms(run, visible.time, terms_of_picture, coordinate_terms, output, **style)
-            if not as_json:
-                print(f"picture     {output}{span_text}")
-        if lock is not None:
-            keep_terms(file, explanation, lock)
-            if not as_json:
-                print(f"kept        {file}: {', '.join('terms/' + name for name in explanation.terms)}")
+                visible, span_text = readable_part(explanation, coordinates, automatic=start is None and end is None)
+                sources = ["inertia"] * len(explanation.names) if whole else explanation.own_sources
+                coordinate_terms = [
+                    CoordinateTerms(k, explanation.names[k], explanation.units[k], sources[k]) for k in coordinates
+                ]
+                style: PlotOptions = {"theme": theme, "title": title, "force": force}
+                terms_of_picture = visible.terms if whole else visible.parts
+                plot_terms(run, visible.time, terms_of_picture, coordinate_terms, output, **style)
+                print_line("picture", f"{output}{span_text}", output)
+            if lock is not None:
+                keep_terms(file, explanation, lock)
+                print_line("kept", f"{file}: {', '.join('terms/' + name for name in explanation.terms)}")
 
 
 def readable_part(explanation: Explanation, coordinates: list[int], automatic: bool) -> tuple[Explanation, str]:
@@ -130,11 +124,14 @@ def keep_terms(file: Path, explanation: Explanation, lock: FileLock) -> None:
 def print_term_tables(without: tuple[str, ...], explanation: Explanation, coordinates: list[int]) -> None:
     """Print peak and root mean square of every term on the coordinates."""
     if without:
-        print(f"without {', '.join(without)}")
+        print_title(f"without {', '.join(without)}")
     heads = ["term", ("peak", ".4g"), ("rms", ".4g"), ("of largest", ".1%")]
     for k in coordinates:
-        print_table(heads, term_rows(explanation, k), f"{explanation.names[k]}, {explanation.units[k]}")
-    print(f"the terms sum to zero to {explanation.remainder:.1e} of the largest, over {len(explanation.time)} instants")
+        name, unit = explanation.names[k], explanation.units[k]
+        print_table(heads, term_rows(explanation, k), f"{name}, {unit}", name=name)
+    text = f"{explanation.remainder:.1e} of the largest, over {len(explanation.time)} instants"
+    if not record("remainder", explanation.remainder):
+        print_folded(f"the terms sum to zero to {text}")
 
 
 def term_rows(explanation: Explanation, k: int) -> list[tuple[str, float, float, float]]:
@@ -153,15 +150,3 @@ def term_rows(explanation: Explanation, k: int) -> list[tuple[str, float, float,
         for peak, rms in [sizes[name]]
         if rms > ROUNDING * scale
     ]
-
-
-def print_term_json(without: tuple[str, ...], explanation: Explanation, coordinates: list[int]) -> None:
-    """Print the terms on the coordinates as JSON."""
-    by_name = {
-        explanation.names[k]: {
-            "unit": explanation.units[k],
-            "terms": {name: {"peak": peak, "rms": rms} for name, (peak, rms) in explanation.sizes(k).items()},
-        }
-        for k in coordinates
-    }
-    print_json({"without": without, "remainder": explanation.remainder, "coordinates": by_name})

@@ -15,6 +15,7 @@ from femflex.view.theme import THEMES
 from femflex.writing import atomic_file
 
 if TYPE_CHECKING:
+    from femflex.arrays import Array
     from femflex.studies import Convergence, FunctionStudy, StrainStudy
     from femflex.studies.campbell import Campbell
     from femflex.studies.stability import Chart
@@ -37,16 +38,13 @@ def write_convergence_report(
     """Write studies of `femflex converge`: for each its table, errors over coordinates, and verdict."""
     page = Page(f"Convergence of {findings[0].title}", [verdict] if len(findings) > 1 else [])
     for finding in findings:
-        data, unit = finding.to_dict(), "" if finding.unit in ("", "1") else f", {finding.unit}"
-        studies = [("", data)] if finding.over not in ("strain", "functions") else []
-        if finding.over == "functions":
-            studies = [(each["kind"], each["study"]) for each in data["kinds"] if "study" in each]
-        heading = f"Over {finding.over}"
-        if finding.over == "strain":
-            rows: list[tuple[object, ...]] = [
-                (each["strain"], each["coordinates"], each["value"], each["difference"]) for each in data["forms"]
-            ]
+        unit = "" if finding.unit in ("", "1") else f", {finding.unit}"
+        heading, studies = f"Over {finding.over}", list[tuple[str, Convergence]]()
+        if isinstance(finding, StrainStudy):
+            rows = [(form.strain, form.coordinates, form.value, finding.difference(form)) for form in finding.forms]
             page.add(heading, table(["strain", "coordinates", f"value{unit}", "difference"], rows))
+        else:
+            studies = finding.with_values if isinstance(finding, FunctionStudy) else [("", finding)]
         curves = [(name or "estimated error", *_errors(study)) for name, study in studies]
         if any(len(curve[1]) for curve in curves):
             figure = lines(curves, "elastic coordinates", f"estimated error{unit}", marks=True, type="log")
@@ -54,15 +52,16 @@ def write_convergence_report(
             page.add_plots(heading, [figure])
         for name, study in studies:
             heads = [finding.over if not name else name, "coordinates", f"value{unit}", "change", "error"]
-            columns = (study[key] for key in ("levels", "counts", "values", "changes", "errors"))
+            columns = study.levels, study.counts, study.values, study.changes, study.errors
             page.add(f"{heading} {name}".strip(), table(heads, zip(*columns, strict=True)))
         page.add("Verdict", paragraphs([finding.verdict]))
     write_page(page, path, force)
 
 
-def _errors(study: dict[str, Any]) -> tuple[Any, Any]:
-    counts, errors = np.array(study["counts"], float), np.array(study["errors"], float)
-    return counts[errors > 0.0], errors[errors > 0.0]
+def _errors(study: Convergence) -> tuple[Array, Array]:
+    """Elastic coordinates and estimated errors of the levels that have one above zero."""
+    positive = study.errors > 0.0
+    return study.counts[positive].astype(float), study.errors[positive]
 
 
 def write_campbell_report(diagram: Campbell, path: str | Path, scale: float, unit: str, force: bool = False) -> None:

@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -115,30 +114,6 @@ class Convergence:
     def verdict(self) -> str:
         """The conclusions, in sentences."""
         return verdict(self)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Everything in plain numbers, lists and text."""
-        law = self.trend.law
-        names = ("levels", "counts", "derivatives", "followers", "added", "values", "changes", "errors")
-        arrays = {key: getattr(self, key).tolist() for key in names}
-        return {
-            "quantity": self.title,
-            "unit": self.unit,
-            "over": self.over,
-            **arrays,
-            "state": self.trend.state,
-            "order": self.order,
-            "scatter": self.trend.scatter,
-            "law": None if law is None else law.kind,
-            "estimate": self.estimate,
-            "uncertainty": self.trend.spread,
-            "tolerance": self.tolerance,
-            "recommended": self.recommended,
-            "own": self.case_level,
-            "left_out": list(self.left_out),
-            "complete": self.complete,
-            "verdict": self.verdict,
-        }
 
 
 def convergence(

@@ -145,17 +145,6 @@ class FunctionStudy:
             sentences.append(f"Choose {self.choice[0]}, {self.choice[1]} per field.")
         return " ".join(sentences)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Everything in plain numbers, lists and text."""
-        kinds = []
-        for each in self.kinds:
-            kinds.append({"kind": each.kind, "problem": each.problem, "seconds": each.seconds})
-            if each.study is not None:
-                enough = None if self.reference is None else self.enough(each.study)
-                kinds[-1] |= {"study": each.study.to_dict(), "enough": enough}
-        summary = {key: getattr(self, key) for key in ("unit", "over", "tolerance", "recommended", "verdict")}
-        return {"quantity": self.title, **summary, "own": dict(self.case_kinds), "kinds": kinds}
-
 
 def function_kinds(
     case: Case,

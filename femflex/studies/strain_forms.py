@@ -6,9 +6,8 @@ import math
 import time
 import warnings
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 from femflex.assembly import build_part
 from femflex.case import Case, CaseError
@@ -94,12 +93,6 @@ class StrainStudy:
                 f"(tolerance {self.tolerance:g}), in {form.seconds / best.seconds:.2g} of its time."
             )
         return " ".join([*sentences, f"Choose strain = {self.recommended!r}."])
-
-    def to_dict(self) -> dict[str, Any]:
-        """Everything in plain numbers, lists and text."""
-        forms = [asdict(form) | {"difference": self.difference(form)} for form in self.forms]
-        summary = {key: getattr(self, key) for key in ("unit", "over", "tolerance", "recommended", "own", "verdict")}
-        return {"quantity": self.title, **summary, "forms": forms}
 
 
 def strain_forms(case: Case, tolerance: float | None = None, progress: Progress | None = None) -> StrainStudy:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -100,30 +99,6 @@ class SystemModes(Summarised):
         """The craft in its equilibrium, with the real and then the imaginary parts of these modes, counted from 1."""
         chosen = self.shapes[:, [mode - 1 for mode in modes]]
         return craft_skin(self.about.model.system, self.about.motions.bodies, chosen)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Everything in plain numbers, lists and text."""
-        return {
-            "modes": [
-                {
-                    "name": name,
-                    "direction": self.directions[k],
-                    "frequency_hz": float(self.frequencies[k]),
-                    "omega_rad_s": float(self.eigenvalues[k].imag),
-                    "damping_ratio": float(self.damping_ratios[k]),
-                    "growth_per_s": float(self.eigenvalues[k].real),
-                    "rigid": bool(self.known[k]),
-                    "stable": not bool(self.growing[k]),
-                    "kinetic_energy": {body: float(share[k]) for body, share in self.energy.items()},
-                }
-                for k, name in enumerate(self.names)
-            ],
-            "stable": self.stable,
-            "verdict": self.about.verdict,
-            "growth_threshold": self.about.growth_threshold,
-            "left_out": list(self.left_out),
-            "held": self.held,
-        }
 
 
 def system_modes(system: System, at: float | None = None) -> SystemModes:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,7 +15,6 @@ from femflex.arrays import Array, BoolArray, ComplexArray, IntArray
 from femflex.dynamics.linear.character import motion_character, numbered_names
 from femflex.dynamics.linear.equilibrium import EquilibriumError, equilibrium
 from femflex.dynamics.linear.rigid_motions import WOBBLE
-from femflex.dynamics.linear.small_motions import GROWING
 from femflex.dynamics.linear.still import frozen_system
 from femflex.studies.tracking import Step, branch_indices, tracked_steps
 from femflex.system import Frame, System, started
@@ -127,31 +125,6 @@ class Campbell:
                 f"{self.speeds[-1]:.6g} rad/s; the nearest is {self.speeds[nearest]:.6g} rad/s"
             )
         return float(self.branch(branch).frequencies[nearest])
-
-    def to_dict(self) -> dict[str, Any]:
-        """Everything in plain numbers, lists and text."""
-        return {
-            "over": self.value or "speed",
-            "unit": self.unit,
-            "speeds": self.speeds.tolist(),
-            "asked": self.requested.tolist(),
-            "branches": [
-                {
-                    "name": branch.name,
-                    "frequency": branch.frequencies.tolist(),
-                    "damping_ratio": branch.damping_ratios.tolist(),
-                    "growth": branch.eigenvalues.real.tolist(),
-                    "stable": (~branch.growing).tolist(),
-                    "character": list(branch.characters),
-                }
-                for branch in self.branches
-            ],
-            "crossings": [vars(crossing) for crossing in self.crossings],
-            "rigid": list(self.rigid),
-            "critical": list(self.critical),
-            "growth_threshold": GROWING,
-            "complete": self.complete,
-        }
 
 
 def campbell(

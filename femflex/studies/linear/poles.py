@@ -46,14 +46,6 @@ class Pole:
         """Damping ratio; negative for growth, 0 for rigid motions."""
         return float(-self.value.real / abs(self.value)) if abs(self.value) > 0 else 0.0
 
-    def to_dict(self) -> dict[str, Any]:
-        """Everything in plain numbers and text."""
-        return {
-            "real": self.value.real, "imag": self.value.imag, "name": self.name, "rigid": self.rigid,
-            "frequency_hz": self.frequency, "damping_ratio": self.damping_ratio,
-            "participation": self.participation,
-        }  # fmt: skip
-
 
 def poles_of(model: StateSpace) -> list[Pole]:
     """The poles of a model by rising size, those of rigid motion first.
