@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 MAX_SHOWN = 20  # maximum number of problems in the text of a DeckError
 BY_MATRICES = (
@@ -43,6 +44,36 @@ class UnusedCard:
 
     def __str__(self) -> str:
         return f"{self.count} {self.card}: {self.consequence} (first at {self.file}:{self.line})"
+
+
+@dataclass
+class Overrides:
+    """Values in SI that a case gives in place of those of a deck, by key and name of a material, property or section.
+
+    used: names that were found in the deck
+    """
+
+    values: Mapping[str, Mapping[str, Any]]
+    used: set[str] = field(default_factory=set)
+
+    def __call__(self, names: Sequence[str], values: Mapping[str, float], source: str) -> dict[str, float]:
+        """The values with those of the case for any of the names, in any capitals. Raises ValueError for unknown
+        keys."""
+        new_values = dict(values)
+        capitals = {name.upper() for name in names}
+        for name in (name for name in self.values if name.upper() in capitals):
+            self.used.add(name)
+            for key, value in self.values[name].items():
+                if key not in new_values:
+                    raise ValueError(f"{source}: override of {name!r} names {key!r}; it has {sorted(new_values)}")
+                new_values[key] = float(value)
+        return new_values
+
+    def report_unknown(self, findings: Findings, explanation: str) -> None:
+        """Add a problem for every name that is not in the deck."""
+        for name in self.values:
+            if name not in self.used:
+                findings.problem(f"override of {name!r}: the deck has no {explanation}")
 
 
 class DeckError(ValueError):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -125,6 +125,22 @@ class DeckModel:
         factor."""
         x, y, z = map(float, direction)
         return self.group(node), "rotation" if turns else "translation", (x, y, z)
+
+    def scalar_spring(self, ends: Sequence[tuple[int, int, Array]], stiffness: float, units: Units) -> ScalarSpring:
+        """A spring between components (1 to 6) of nodes along axes (3, 3), the second with a minus; in units of the
+        deck.
+
+        Between a displacement and a rotation, the displacement is in the deck's unit of length.
+        """
+        some_turn = any(component > 3 for _, component, _ in ends)
+        terms = []
+        for sign, (node, component, axes) in zip((1.0, -1.0), ends, strict=False):
+            turns = component > 3
+            factor = sign / units.length if some_turn and not turns else sign
+            terms.append(self.spring_term(node, turns, factor * axes[(component - 1) % 3]))
+            self.required.add(node)
+            self.required_turning.update([node] * turns)
+        return ScalarSpring(tuple(terms), stiffness * (units.moment if some_turn else units.spring))
 
     def support_set(
         self, fixed: Mapping[int, Collection[int]], axes: Callable[[int], Array], name: Callable[[Components], str]

@@ -13,8 +13,8 @@ from femflex.reading import reading, refuse_pointer
 
 HEAD = 65536  # bytes of a file that are read to recognise its solver
 ADVICE = "It may be cut short, damaged or of another solver; write it again from its source."
-Overrides = Mapping[str, Mapping[str, Any]]
-Reader = Callable[[Path, Units, Overrides], Deck]
+Values = Mapping[str, Mapping[str, Any]]
+Reader = Callable[[Path, Units, Values], Deck]
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ def register(reader: DeckReader) -> None:
     READERS[reader.solver] = reader
 
 
-def read_deck(path: str | Path, units: str | Units = "m-kg-s", overrides: Overrides | None = None) -> Deck:
+def read_deck(path: str | Path, units: str | Units = "m-kg-s", overrides: Values | None = None) -> Deck:
     """The Deck of a file: its finite element model, in SI units.
 
     units      of the deck: length-mass-time or length-force-time ("mm-t-s", "in-lbf-s")

@@ -10,6 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from femflex.arrays import IntArray
+from femflex.decks.findings import Overrides
 from femflex.decks.nastran.bulk import Bulk, bulk_of
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.grids import Grids
@@ -28,7 +29,7 @@ COMPLEX = (3, 4)  # types of its entries
 
 def _bulk(path: Path) -> Contents:
     """DMIG matrices, GRID, SPOINT and EXTRN cards of a file. Raises DeckError with all problems of these cards."""
-    bulk = bulk_of(read_deck(path), Units(), {})
+    bulk = bulk_of(read_deck(path), Units(), Overrides({}))
     grids = Grids(bulk, Systems(bulk))
     contents = Contents(dofs=_superelement_map(bulk), scalars=listed_scalar_points(bulk))
     if numbers := grids.numbers():

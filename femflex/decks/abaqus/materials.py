@@ -170,7 +170,7 @@ class Materials:
             values = _constants_by_name(names, c, p) | {"density": rho}
         else:
             values, matrix = {"density": rho}, _matrix(kind, np.array(c) * p)
-        values = self._model.override(name, values, keyword.location())
+        values = self._model.override([name], values, keyword.location())
         if values["density"] < 0 or values.get("E", values.get("E1", 1.0)) <= 0:
             raise ValueError(
                 f"{keyword.location()}: material {name!r} has {values}; moduli must be positive and the density "

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Any
 
 from femflex.arrays import Array
-from femflex.decks.findings import Location
+from femflex.decks.findings import Location, Overrides
 from femflex.decks.model import DeckModel
 from femflex.decks.units import Units
 from femflex.mesh.formats.abaqus_flat import FlatDeck, InstanceKeyword, Placement
@@ -31,9 +30,8 @@ class AbaqusModel(DeckModel):
 
     flat: FlatDeck
     units: Units
-    overrides: Mapping[str, Mapping[str, Any]]
+    override: Overrides
     rotation_nodes: dict[int, int] = field(default_factory=dict)
-    used_overrides: set[str] = field(default_factory=set)  # names of overrides that were used
     merged: dict[int, int] = field(default_factory=dict)  # tied node -> the node it coincides with
     lumped: dict[int, tuple[float, Array | None, str]] = field(default_factory=dict)  # mass, inertia, location by node
     # mass of sections given by stiffness, by ELSET [kg/m^2]
@@ -98,17 +96,6 @@ class AbaqusModel(DeckModel):
     def placement(self, scope: str) -> Placement:
         """Placement of an instance."""
         return self.flat.placements.get(scope.upper(), Placement())
-
-    def override(self, name: str, values: dict[str, float], source: str) -> dict[str, float]:
-        """Values with those of the overrides for this name replaced. Raises ValueError for unknown keys."""
-        new_values = dict(values)
-        override_name = next((key for key in self.overrides if key.upper() == name.upper()), None)
-        for key, value in self.overrides[override_name].items() if override_name is not None else ():
-            self.used_overrides.add(str(override_name))
-            if key not in new_values:
-                raise ValueError(f"{source}: override of {name!r} names {key!r}; it has {sorted(new_values)}")
-            new_values[key] = float(value)
-        return new_values
 
     def depend(self, node: int, components: tuple[int, ...], label: str, keyword: Keyword) -> bool:
         """Record that components (0 to 5) of a node are dependent; add a problem and return False if they already

@@ -7,7 +7,7 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.decks.abaqus.model import AbaqusModel, location_of
 from femflex.decks.abaqus.sections import SectionInputs
-from femflex.fem import PointMass, ScalarSpring
+from femflex.fem import PointMass
 from femflex.fem.bushing import spring
 from femflex.fem.point_mass import check_inertia
 from femflex.mesh.formats.abaqus_flat import Element, InstanceKeyword
@@ -114,18 +114,11 @@ def _joint(model: AbaqusModel, inputs: SectionInputs, joint: InstanceKeyword, en
         raise ValueError(f"{keyword.location(0)}: *SPRING has component {c + 1}; components are 1 to 6.")
     stiffness = keyword.real(keyword.data[1][0], 1, "a stiffness")
     system = inputs.system(joint.keyword.parameter("orientation"), joint.scope, joint.keyword)
-    turns = c >= 3
     for element in _elements_of_keyword(model, joint):
         nodes = [model.representative(node) for node in element.nodes]
         axes = system.axes_at(model.x(nodes[0])) if system is not None else np.eye(3)
-        direction = axes[c % 3]
-        terms = [
-            model.spring_term(node, turns, sign * direction) for node, sign in zip(nodes, (1.0, -1.0), strict=False)
-        ]
-        model.required.update(nodes)
-        model.required_turning.update(nodes if turns else [])
-        unit = model.units.moment if turns else model.units.spring
-        model.bushings.append(ScalarSpring(tuple(terms), stiffness * unit))
+        ends = [(node, c + 1, axes) for node in nodes]
+        model.bushings.append(model.scalar_spring(ends, stiffness, model.units))
 
 
 def _spring(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword) -> None:
@@ -150,18 +143,10 @@ def _spring(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword) -
             names = [model.group(node) for node in nodes]
             model.bushings.append(spring(names[0], names[1], stiffness * model.units.spring))
             continue
-        components = [keyword.integer(word, 0, "a component") - 1 for word in rows[0] if word][: len(nodes)]
-        terms, mixed = [], any(c >= 3 for c in components)
-        for node, c, sign in zip(nodes, components, (1.0, -1.0), strict=False):
-            turns = c >= 3
-            axes = np.eye(3) if system is None else system.axes_at(model.x(node))
-            # between a displacement and a rotation, the displacement is in the deck's unit of length
-            factor = sign / model.units.length if mixed and not turns else sign
-            terms.append(model.spring_term(node, turns, factor * axes[c % 3]))
-            model.required.add(node)
-            model.required_turning.update([node] if turns else [])
-        unit = model.units.moment if mixed else model.units.spring
-        model.bushings.append(ScalarSpring(tuple(terms), stiffness * unit))
+        components = [keyword.integer(word, 0, "a component") for word in rows[0] if word]
+        axes = [np.eye(3) if system is None else system.axes_at(model.x(node)) for node in nodes]
+        ends = list(zip(nodes, components, axes, strict=False))
+        model.bushings.append(model.scalar_spring(ends, stiffness, model.units))
 
 
 def _elements_of_keyword(model: AbaqusModel, entry: InstanceKeyword) -> list[Element]:

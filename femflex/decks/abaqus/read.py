@@ -19,8 +19,9 @@ from femflex.decks.abaqus.surfaces import read_surfaces
 from femflex.decks.abaqus.unused import consequence_of_type, elements_by_kind, report_unused
 from femflex.decks.autospc import with_autospc
 from femflex.decks.deck import Deck
+from femflex.decks.findings import Overrides
 from femflex.decks.model import NODE_MEMBERS
-from femflex.decks.register import Overrides
+from femflex.decks.register import Values
 from femflex.decks.units import Units
 from femflex.mesh.formats.abaqus_flat import read_flat
 
@@ -34,9 +35,9 @@ FULL_RANK_FAMILIES = {
 RIGID_TYPES = ("R3D", "RB3D", "R2D", "RB2D")
 
 
-def read_abaqus_deck(path: Path, units: Units, overrides: Overrides) -> Deck:
+def read_abaqus_deck(path: Path, units: Units, overrides: Values) -> Deck:
     """The Deck of an Abaqus or CalculiX file. Raises DeckError with all its problems."""
-    model = AbaqusModel(read_flat(path), units, overrides)
+    model = AbaqusModel(read_flat(path), units, Overrides(overrides))
     flat, findings = model.flat, model.findings
     # elements without a cell, such as fluid networks, may have nodes 0
     used = [element for element in flat.elements.values() if element.cell]
@@ -75,9 +76,7 @@ def read_abaqus_deck(path: Path, units: Units, overrides: Overrides) -> Deck:
         [*(m.density for m in materials), *model.area_masses.values()], [m.name for m in materials],
         materials[0].keyword.location() if materials else "", model.bare_sections,
     )  # fmt: skip
-    for name in overrides:
-        if name not in model.used_overrides:
-            findings.problem(f"override of {name!r}: the deck has no material and no section of that name")
+    model.override.report_unknown(findings, "material and no section of that name")
     if not model.build.cells and not model.moving and not findings.problems:
         kinds = elements_by_kind(list(flat.elements.values()))
         for kind, (count, location) in kinds.items():

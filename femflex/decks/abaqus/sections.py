@@ -167,7 +167,7 @@ def _trusses(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, 
     scope, keyword = entry
     E, _, rho = inputs.materials(keyword.parameter("material"), keyword.location()).bar()
     area = keyword.real(keyword.data[0][0], 0, "an area") if keyword.data and keyword.data[0][0] else 1.0
-    A = model.override(elset, {"area": area * model.units.length**2}, keyword.location())["area"]
+    A = model.override([elset], {"area": area * model.units.length**2}, keyword.location())["area"]
     if not A > 0:
         raise ValueError(f"{keyword.location()}: the area of trusses is {A:.6g} m^2; give a positive one.")
     section = CableSection(EA=E * A, mass_per_length=max(rho * A, MASSLESS * E * A))
@@ -260,7 +260,7 @@ def _shells(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, e
     plies = [] if by_stiffness else _plies(model, inputs, entry)
     height = sum(ply.thickness for ply in plies) if given is None else given.thickness
     values = {"thickness": height} | ({} if given is None else {"nonstructural_mass": given.mass})
-    values = model.override(elset, values, keyword.location())
+    values = model.override([elset], values, keyword.location())
     if given is not None:
         mass = model.area_masses[elset] = values["nonstructural_mass"]
         given = replace(given, mass=mass, rotary=mass * height**2 / 12)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
-from femflex.decks.findings import Findings, Location
+from femflex.decks.findings import Findings, Location, Overrides
 from femflex.decks.nastran.card import Card, FieldError
 from femflex.decks.units import Units
 from femflex.mesh.formats.nastran_cards import Deck as RawDeck
@@ -24,14 +23,13 @@ class Bulk:
 
     raw: RawDeck
     units: Units
-    overrides: Mapping[str, Mapping[str, Any]]
+    override: Overrides
     findings: Findings = field(default_factory=Findings)
     cards: dict[str, list[Card]] = field(default_factory=dict)
     selected_sets: dict[str, int] = field(default_factory=dict)
     parameters: dict[str, Card] = field(default_factory=dict)
     solution: str = ""
     wtmass: float = 1.0
-    used_overrides: set[str] = field(default_factory=set)  # names of overrides that were used
 
     @property
     def sets(self) -> Mapping[int, Numbers]:
@@ -71,21 +69,19 @@ class Bulk:
             else:
                 self.findings.problem(text, card.location, str(card))
 
-    def override(self, names: list[str], values: dict[str, float], source: str) -> dict[str, float]:
-        """Values with those of the overrides for any of the names replaced; ValueError for unknown keys."""
-        new_values = dict(values)
-        for name in names:
-            for key, value in self.overrides.get(name, {}).items():
-                self.used_overrides.add(name)
-                if key not in new_values:
-                    raise ValueError(f"{source}: override of {name} names {key!r}; it has {sorted(new_values)}")
-                new_values[key] = float(value)
-        return new_values
+    def selected(self, kind: str, defined: set[int]) -> int | None:
+        """The set of this kind that case control selects, or the only one of a deck without case control, with a
+        note."""
+        number = self.selected_sets.get(kind)
+        if number is None and len(defined) == 1 and not self.raw.control:
+            (number,) = defined
+            self.findings.note(f"no case control names a set of {kind}; the only one, {number}, is used")
+        return number
 
 
-def bulk_of(raw: RawDeck, units: Units, overrides: Mapping[str, Mapping[str, Any]]) -> Bulk:
+def bulk_of(raw: RawDeck, units: Units, override: Overrides) -> Bulk:
     """The Bulk of a deck's raw cards."""
-    bulk = Bulk(raw, units, overrides)
+    bulk = Bulk(raw, units, override)
     for raw_card in raw.raw:
         name = raw_card.name.upper()
         bulk.cards.setdefault(name, []).append(Card(name, raw_card.fields, Location(raw_card.file, raw_card.line)))

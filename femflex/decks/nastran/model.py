@@ -15,6 +15,7 @@ from femflex.decks.nastran.materials import Materials
 from femflex.decks.nastran.nonstructural_mass import NonstructuralMass
 from femflex.decks.nastran.systems import Systems
 from femflex.fem import Bushing, ScalarSpring
+from femflex.mesh.cells import CELL_TYPES
 
 
 @dataclass
@@ -47,26 +48,20 @@ class NastranModel(DeckModel):
 
 
 def with_middles(
-    model: NastranModel, corners: Sequence[int], middles: Sequence[int], card: Card,
-    edges: Sequence[tuple[int, int]] = (),
-) -> list[int]:  # fmt: skip
-    """Rows of the points of middle nodes; missing ones (0) are added at the middle of their edges, once per edge.
-
-    edges  indices in `corners` of the ends of each edge; by default the edges around a surface
-    """
-    n = len(corners)
-    ends = edges or [(k, (k + 1) % n) for k in range(n)]
-    rows, missing = [], 0
-    for (a, b), grid in zip(ends, middles, strict=True):
+    model: NastranModel, cell: str, corners: Sequence[int], middles: Sequence[int], card: Card
+) -> list[int]:
+    """Rows of the points of the middle nodes of a cell; missing ones (0) are added at the middle of their edges, once
+    per edge."""
+    rows = []
+    for parents, grid in zip(CELL_TYPES[cell].parents, middles, strict=True):
         if grid:
             rows.append(model.row(grid))
             continue
-        missing += 1
-        pair = (min(corners[a], corners[b]), max(corners[a], corners[b]))
-        if pair not in model.middles:
-            model.middles[pair] = model.build.point((model.grids[pair[0]].position + model.grids[pair[1]].position) / 2)
-        rows.append(model.middles[pair])
-    if missing and card.name not in model.incomplete:
+        a, b = sorted(corners[k] for k in parents)
+        if (a, b) not in model.middles:
+            model.middles[a, b] = model.build.point((model.grids[a].position + model.grids[b].position) / 2)
+        rows.append(model.middles[a, b])
+    if not all(middles) and card.name not in model.incomplete:
         model.incomplete.add(card.name)
         model.bulk.findings.note(
             f"{card} and other {card.name} leave out some of their middle nodes; these are put in the middle of the "

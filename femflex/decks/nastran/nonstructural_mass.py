@@ -34,12 +34,9 @@ class NonstructuralMass:
         self._bulk = bulk
         self._added: dict[int, float] = {}
         cards = [card for name in CARDS for card in bulk.cards_named(name, use=False)]
-        selected = bulk.selected_sets.get("NSM")
         defined = {card.integer(0) for card in cards if card.is_integer(0)}
-        if selected is None and len(defined) == 1 and not bulk.raw.control:
-            (selected,) = defined
-            bulk.findings.note(f"no case control names an NSM set; the only one, {selected}, is used")
-        elif cards and selected is not None and selected not in defined:
+        selected = bulk.selected("NSM", defined)
+        if cards and selected is not None and selected not in defined:
             bulk.findings.note(f"NSM set {selected} is in force, and the deck has no card of it; it adds no mass")
         self._elements = {element.number: element for element in self._all_elements()} if cards else {}
         for card in cards:

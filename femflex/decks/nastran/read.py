@@ -7,6 +7,7 @@ from pathlib import Path
 
 from femflex.decks.autospc import with_autospc
 from femflex.decks.deck import Deck
+from femflex.decks.findings import Overrides
 from femflex.decks.nastran.bar_properties import BarProperties
 from femflex.decks.nastran.bulk import bulk_of
 from femflex.decks.nastran.grids import Grids
@@ -24,16 +25,16 @@ from femflex.decks.nastran.springs import finish_springs, read_springs
 from femflex.decks.nastran.supports import read_supports
 from femflex.decks.nastran.systems import Systems
 from femflex.decks.nastran.unused import report_unused
-from femflex.decks.register import Overrides
+from femflex.decks.register import Values
 from femflex.decks.units import Units
 from femflex.mesh.formats.nastran_cards import read_deck as read_cards
 from femflex.mesh.formats.nastran_cards import read_number_list
 
 
-def read_nastran_deck(path: Path, units: Units, overrides: Overrides) -> Deck:
+def read_nastran_deck(path: Path, units: Units, overrides: Values) -> Deck:
     """The Deck of a Nastran file. Raises DeckError with all its problems."""
     raw = read_cards(path)
-    bulk = bulk_of(raw, units, overrides)
+    bulk = bulk_of(raw, units, Overrides(overrides))
     if not bulk.cards.get("GRID"):
         bulk.findings.problem(f"{path.name} has no GRID cards; it is no Nastran deck with a structure")
         bulk.findings.check(path)
@@ -79,7 +80,10 @@ def read_nastran_deck(path: Path, units: Units, overrides: Overrides) -> Deck:
         [f"mat_{m.number}" for m in all_materials],
         all_materials[0].card.location if all_materials else "",
     )
-    _report_unknown_overrides(model)
+    bulk.override.report_unknown(
+        bulk.findings,
+        "such property or material; they are named pid_3 and mat_1, or as the deck's comments name them",
+    )
     if not model.build.cells and not model.moving and not bulk.findings.problems:
         bulk.findings.problem(f"{path.name} has no elements, masses or springs; there is no structure to make")
     moduli, densities = _moduli_and_densities(materials)
@@ -128,12 +132,3 @@ def _add_sets(model: NastranModel) -> None:
             for kind, row in build.cell_of[element]:
                 for name in names:
                     build.cell_groups.setdefault(name, {}).setdefault(kind, []).append(row)
-
-
-def _report_unknown_overrides(model: NastranModel) -> None:
-    for name in model.bulk.overrides:
-        if name not in model.bulk.used_overrides:
-            model.bulk.findings.problem(
-                f"override of {name!r}: the deck has no such property or material; they are named pid_3 and mat_1, or "
-                "as the deck's comments name them"
-            )

@@ -268,13 +268,10 @@ def _rbe3(model: NastranModel, card: Card) -> None:
 
 def _mpcs(model: NastranModel) -> None:
     bulk = model.bulk
-    selected = bulk.selected_sets.get("MPC")
     sets = {card.integer(0): [card.integer(k) for k in range(1, len(card.fields)) if card.has(k)]
             for card in bulk.cards_named("MPCADD", use=False) if card.is_integer(0)}  # fmt: skip
     defined = {card.integer(0) for card in bulk.cards.get("MPC", ()) if card.is_integer(0)}
-    if selected is None and len(defined) == 1 and not bulk.raw.control:
-        selected = next(iter(defined))
-        bulk.findings.note(f"no case control names an MPC set; the only one, {selected}, is used")
+    selected = bulk.selected("MPC", defined)
     active = set(sets.get(selected, [selected])) if selected is not None else set()
     if selected is not None and not active & defined:
         bulk.findings.note(f"case control names MPC set {selected}, of which the deck has no card; no equation is used")

@@ -52,10 +52,9 @@ def _shell(model: NastranModel, card: Card, kind: Kind, properties: ShellPropert
     axis = None if shell_property.isotropic else _axis(model, card, kind, x, normal)
     offset = card.real(kind.offset, 0.0) * model.bulk.units.length if kind.offset >= 0 else 0.0
     rows = [model.row(g) for g in corners]
-    is_second_order = any(middles)
-    if is_second_order:
-        rows += with_middles(model, corners, middles, card)
-    cell = CELLS[kind.corners, is_second_order]
+    cell = CELLS[kind.corners, any(middles)]
+    if any(middles):
+        rows += with_middles(model, cell, corners, middles, card)
     family = "plate" if pid in facets and cell == "triangle" and not section.coupled and not offset else "shell"
     if axis is None and abs(normal[0]) > 0.999:  # the default axis would be normal to the surface
         axis = np.array([0.0, 1.0, 0.0])

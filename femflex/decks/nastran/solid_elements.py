@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,35 +13,11 @@ from femflex.decks.nastran.by_number import ByNumber
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.model import NastranModel, with_middles
 from femflex.fem.sections.materials import Anisotropic, Material
+from femflex.mesh.cells import CELL_TYPES
+from femflex.mesh.formats.nastran import ELEMENTS
+from femflex.mesh.formats.nastran_cards import ORDER
 
-Edges = Sequence[tuple[int, int]]
-
-TET: Edges = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
-PYRAMID: Edges = ((0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 4), (2, 4), (3, 4))
-WEDGE: Edges = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 4), (2, 5), (3, 4), (4, 5), (5, 3))
-BRICK: Edges = (
-    (0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 5), (2, 6), (3, 7), (4, 5), (5, 6), (6, 7), (7, 4)
-)  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Kind:
-    """A solid: corners, cell of first and second order, edges in Nastran's order, VTK's order of its middle nodes."""
-
-    corners: int
-    first: str
-    second: str
-    edges: Edges
-    order: tuple[int, ...]
-
-
-KINDS = {
-    "CTETRA": Kind(4, "tetra", "tetra10", TET, tuple(range(6))),
-    "CPYRAM": Kind(5, "pyramid", "pyramid13", PYRAMID, tuple(range(8))),
-    "CPYRA": Kind(5, "pyramid", "pyramid13", PYRAMID, tuple(range(8))),
-    "CPENTA": Kind(6, "wedge", "wedge15", WEDGE, (0, 1, 2, 6, 7, 8, 3, 4, 5)),
-    "CHEXA": Kind(8, "hexahedron", "hexahedron20", BRICK, (0, 1, 2, 3, 8, 9, 10, 11, 4, 5, 6, 7)),
-}
+KINDS = {card: cells for card, cells in ELEMENTS.items() if CELL_TYPES[cells[min(cells)]].dimension == 3}
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,8 +36,8 @@ def read_solid_elements(model: NastranModel) -> None:
     unsupported = {card.integer(0): card for card in others if card.is_integer(0)}
     properties: ByNumber[Solid] = ByNumber(bulk, "property", "of solids it has")
     properties.read_cards("PSOLID", lambda card: Solid(_material(model, card, fluids), card.integer(2, 0)))
-    for name, kind in KINDS.items():
-        bulk.for_each_card(lambda card, kind=kind: _solid(model, card, kind, properties, unsupported), name)  # type: ignore[misc]
+    for name in KINDS:
+        bulk.for_each_card(lambda card: _solid(model, card, properties, unsupported), name)
 
 
 def _material(model: NastranModel, card: Card, fluids: set[int]) -> Material | Anisotropic | None:
@@ -72,12 +47,12 @@ def _material(model: NastranModel, card: Card, fluids: set[int]) -> Material | A
     return model.materials(card.integer(1)).solid()
 
 
-def _solid(
-    model: NastranModel, card: Card, kind: Kind, properties: ByNumber[Solid], unsupported: dict[int, Card]
-) -> None:
-    number, pid = card.integer(0), card.integer(1, card.integer(0))
-    corners = [card.integer(2 + k) for k in range(kind.corners)]
-    middles = [card.integer(2 + kind.corners + k, 0) for k in range(len(kind.edges))]
+def _solid(model: NastranModel, card: Card, properties: ByNumber[Solid], unsupported: dict[int, Card]) -> None:
+    number, pid, cells = card.integer(0), card.integer(1, card.integer(0)), KINDS[card.name]
+    n_corners, n_nodes = sorted(cells)
+    corners = [card.integer(2 + k) for k in range(n_corners)]
+    grids = [*corners, *(card.integer(2 + k, 0) for k in range(n_corners, n_nodes))]
+    middles = [grids[k] for k in ORDER.get(cells[n_nodes], range(n_nodes))][n_corners:]
     if not model.grids.require(corners + [g for g in middles if g], card):
         return
     if pid in unsupported and pid not in properties:
@@ -90,27 +65,26 @@ def _solid(
         text = "the fluid is left out; its mass is missing"
         model.bulk.findings.unused(f"{card.name} of fluids", text, card.location)
         return
-    rows, is_second_order = [model.row(g) for g in corners], any(middles)
+    rows, cell = [model.row(g) for g in corners], cells[n_nodes if any(middles) else n_corners]
     x = np.array([model.grids[g].position for g in corners])
-    if is_second_order:
-        middle_rows = with_middles(model, corners, middles, card, kind.edges)
-        rows += [middle_rows[k] for k in kind.order]
+    if any(middles):
+        rows += with_middles(model, cell, corners, middles, card)
     options: dict[str, object] = {}
     if not isinstance(material, Material) and solid.system:
-        options["axes"] = tuple(float(c) for c in _axes(model, solid, x, kind).ravel()[:6])
+        options["axes"] = tuple(float(c) for c in _axes(model, solid, x).ravel()[:6])
     key = ("solid", pid, direction_key(options["axes"], 6) if options else None)  # type: ignore[arg-type]
     model.build.cell(
-        kind.second if is_second_order else kind.first, rows, key, f"pid_{pid}", "solid", None, material, options,
+        cell, rows, key, f"pid_{pid}", "solid", None, material, options,
         model.bulk.names_of(pid), number,
     )  # fmt: skip
     model.moving.update(corners + [g for g in middles if g])
 
 
-def _axes(model: NastranModel, solid: Solid, x: Array, kind: Kind) -> Array:
+def _axes(model: NastranModel, solid: Solid, x: Array) -> Array:
     """Axes 1, 2, 3 of the material at an element with corners x (k, 3), as rows."""
     if solid.system > 0:
         return model.systems(solid.system).axes_at(x.mean(axis=0))
-    if kind.corners == 8:  # -1: element axes, lines through the middles of opposite faces
+    if len(x) == 8:  # -1: element axes, lines through the middles of opposite faces
         R = x[[1, 2, 5, 6]].mean(axis=0) - x[[0, 3, 4, 7]].mean(axis=0)
         S = x[[2, 3, 6, 7]].mean(axis=0) - x[[0, 1, 4, 5]].mean(axis=0)
     else:

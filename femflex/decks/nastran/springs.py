@@ -91,27 +91,10 @@ def _celas(model: NastranModel, card: Card, values: dict[int, float]) -> None:
     if not k:
         model.bulk.findings.unused(card.name, "its stiffness is zero; nothing is left out", card.location)
         return
-    u = model.bulk.units
-    turns = [c[0] > 3 for _, c in ends]
-    unit = u.moment if any(turns) else u.spring
     model.bulk.findings.use(card.name)
-    terms = []
-    for sign, (grid, components) in zip((1.0, -1.0), ends, strict=False):
-        (component,) = components
-        # between a displacement and a rotation, the displacement is in the deck's unit of length
-        factor = sign / u.length if any(turns) and component <= 3 else sign
-        terms.append(_component_term(model, grid, component, factor))
-        model.required.add(grid)
-        if component > 3:
-            model.required_turning.add(grid)
-    model.springs.append((ScalarSpring(tuple(terms), k * unit), [g for g, _ in ends], max(turns), card))
-
-
-def _component_term(
-    model: NastranModel, grid: int, component: int, factor: float
-) -> tuple[str, str, tuple[float, float, float]]:
-    """A term of a ScalarSpring: a component (1 to 6) of a grid, along the grid's own axes, times a factor."""
-    return model.spring_term(grid, component > 3, factor * model.grids.axes(grid)[(component - 1) % 3])
+    components = [(g, c, model.grids.axes(g)) for g, (c,) in ends]
+    spring = model.scalar_spring(components, k, model.bulk.units)
+    model.springs.append((spring, [g for g, _ in ends], any(c > 3 for _, c, _ in components), card))
 
 
 def _bushes(model: NastranModel) -> None:
