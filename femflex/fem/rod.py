@@ -10,7 +10,7 @@ import numpy as np
 from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, SkinPart, StrainPlaces, family, member_cells
-from femflex.fem.sections.section import Shape
+from femflex.fem.sections.library import Shape
 from femflex.fem.tables import DenseInertia, DenseStrain
 
 if TYPE_CHECKING:

@@ -151,6 +151,7 @@ def _couplings(model: AbaqusModel, inputs: SectionInputs, surfaces: Surfaces) ->
                 unpaired.append(entry)
                 continue
             model.findings.use("*COUPLING")
+            model.findings.use(f"*{entry.keyword.name}")
             model.attempt(entry.keyword, partial(_coupling, model, inputs, surfaces, head, entry))
             head = None
     if head is not None:

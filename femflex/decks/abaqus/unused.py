@@ -10,12 +10,10 @@ from femflex.decks.abaqus.sections import PLANE_TYPES
 from femflex.decks.findings import Location
 from femflex.mesh.formats.abaqus_flat import Element
 
-READ_KEYWORDS = {  # keywords that are read, or that do not concern the structure
+# keywords of the mesh, and of procedures, outputs and choices that do not concern the structure
+WITHOUT_CONSEQUENCE = {
     "HEADING", "NODE", "SYSTEM", "NGEN", "NFILL", "ELEMENT", "ELGEN", "NSET", "ELSET", "PART", "END PART", "ASSEMBLY",
-    "END ASSEMBLY", "INSTANCE", "END INSTANCE", "SURFACE", "MATERIAL", "ELASTIC", "DENSITY", "ORIENTATION", "TRANSFORM",
-    "SHELL SECTION", "SHELL GENERAL SECTION", "MEMBRANE SECTION", "SOLID SECTION", "BEAM SECTION", "NODAL THICKNESS",
-    "BEAM GENERAL SECTION", "MASS", "ROTARY INERTIA", "SPRING", "JOINT", "RIGID BODY", "COUPLING", "KINEMATIC",
-    "DISTRIBUTING", "KINEMATIC COUPLING", "DISTRIBUTING COUPLING", "MPC", "EQUATION", "TIE", "BOUNDARY", "STEP",
+    "END ASSEMBLY", "INSTANCE", "END INSTANCE", "STEP",
     "END STEP", "PREPRINT", "RESTART", "OUTPUT", "NODE OUTPUT", "ELEMENT OUTPUT", "NODE FILE", "EL FILE", "NODE PRINT",
     "EL PRINT", "ENERGY OUTPUT", "ENERGY PRINT", "ENERGY FILE", "CONTACT OUTPUT", "CONTACT FILE", "CONTACT PRINT",
     "FILE FORMAT",
@@ -23,7 +21,6 @@ READ_KEYWORDS = {  # keywords that are read, or that do not concern the structur
     "SECTION FILE", "PRINT", "CONTROLS", "SOLUTION TECHNIQUE", "TIME POINTS", "AMPLITUDE", "FREQUENCY", "STATIC",
     "DYNAMIC", "BUCKLE", "MODAL DYNAMIC", "STEADY STATE DYNAMICS", "VISCO", "COUPLED TEMPERATURE-DISPLACEMENT",
     "HEAT TRANSFER", "SECTION CONTROLS", "HOURGLASS STIFFNESS", "TRANSVERSE SHEAR STIFFNESS", "PHYSICAL CONSTANTS",
-    "NONSTRUCTURAL MASS", "CLOAD", "DLOAD", "DSLOAD",
     "FILTER", "DIAGNOSTICS", "VISUALIZATION", "END", "USER OUTPUT VARIABLES", "COMPLEX FREQUENCY", "DISTRIBUTION TABLE",
 }  # fmt: skip
 CONSEQUENCES = {
@@ -67,12 +64,13 @@ CONSEQUENCES = {
 def report_unused(model: AbaqusModel) -> None:
     """Report the keywords and elements that the structure ignores."""
     consequence_of = {name: text for text, names in CONSEQUENCES.items() for name in names}
+    read = {*model.findings.used, *(entry.card for entry in model.findings.left_out)}
     behaviour = False
     for _, keyword in model.flat.keywords:
         name = keyword.name
         behaviour = name == "MATERIAL" or (behaviour and not name.endswith("SECTION") and name != "STEP")
         # those of materials are reported with the materials
-        if name in READ_KEYWORDS or (behaviour and name in IGNORED_BEHAVIOUR):
+        if f"*{name}" in read or name in WITHOUT_CONSEQUENCE or (behaviour and name in IGNORED_BEHAVIOUR):
             continue
         model.findings.unused(
             f"*{name}", consequence_of.get(name, "it is not understood and left out"), location_of(keyword)

@@ -22,7 +22,8 @@ from femflex.fem.limits import SLENDER_BEAM
 from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_length, element_frames, section_points, straight_elements
 from femflex.fem.mesh_warnings import warn_of_curved_beam
 from femflex.fem.option import Option, Options, member_options
-from femflex.fem.sections.section import Resultants, Shape
+from femflex.fem.sections.library import Shape
+from femflex.fem.sections.section import Resultants
 from femflex.fem.support import COMPONENTS
 from femflex.fem.tables import SectionInertia
 from femflex.warning import PhysicsWarning

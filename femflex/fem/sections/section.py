@@ -1,4 +1,4 @@
-"""The interface between beams and their sections, base classes of the sections in `sections`, and dimensions that vary.
+"""The interface between beams and their sections, outlines, and dimensions that vary along a member.
 
 Axes: y and z of the section, x along the beam; I_y = int z^2 dA bends in the x-z plane, I_z = int y^2 dA in x-y. The
 origin is the centroid, the axes are principal, and the shear centre is taken to lie at the centroid.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Protocol
+from typing import Annotated, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,7 +18,6 @@ from scipy.interpolate import PchipInterpolator
 from femflex.arrays import Array, IntArray
 from femflex.fem.formula import formula
 from femflex.fem.sections.materials import Material
-from femflex.fem.sections.profiles import SectionProperties
 from femflex.noun.table import Table
 from femflex.noun.values import AlongMember
 
@@ -134,57 +133,6 @@ def _along_member(value: Any) -> Any:
     if isinstance(value, Sequence | np.ndarray) and not isinstance(value, str):
         return dict(zip(("s", "values"), value, strict=True))
     return value
-
-
-class Shape(Dimensioned):
-    """A section of one material that has an outline; round ones also have the shear stress of a torque."""
-
-    is_round: ClassVar[bool] = False
-
-    def properties(self, s: Array, length: Array | float) -> SectionProperties:
-        """Area, second moments, torsion constant and extreme fibres at arc lengths s (...) [m]."""
-        raise NotImplementedError
-
-    def resultants(self, material: Material | None, s: Array, length: Array) -> Resultants:
-        """Stiffness and mass per length of the section in this material, units of `Resultants`, s (...) [m]."""
-        if material is None:
-            raise ValueError(
-                f"{type(self).__name__} needs a material; found none. Name one, or give the section by its stiffnesses "
-                "(in a case kind = 'stiffness')."
-            )
-        p = self.properties(s, length)
-        ry2, rz2 = p.Iy / p.A, p.Iz / p.A
-        E, G = material.E, material.G
-        GAy, GAz = (factor * G * p.A for factor in self.shear_factors(s, length, material.nu))
-        mass = material.density * p.A
-        return Resultants(E * p.A, G * p.J, E * p.Iy, E * p.Iz, mass, ry2, rz2, ry2 + rz2, GAy, GAz)
-
-    def fibres(self, s: Array, length: Array | float) -> Array:
-        """Stress at the extreme fibres per axial force, moment_z, moment_y and torque (..., 4) [1/m^2, 1/m^3].
-
-        1/A, y_max/Iz, z_max/Iy, and of round sections R/J; NaN for others, whose largest shear is not at a corner.
-        """
-        p = self.properties(s, length)
-        twisted = p.y_max / p.J if self.is_round else np.full(np.shape(p.A), np.nan)
-        return np.stack(np.broadcast_arrays(1 / p.A, p.y_max / p.Iz, p.z_max / p.Iy, twisted), axis=-1)
-
-    def shear_factors(self, s: Array, length: Array | float, nu: float) -> tuple[Array, Array]:
-        """Shear factors k (...) [1] along y and z, shear force = k G A gamma; those of the properties where the shape
-        has no formula of Poisson's ratio."""
-        p = self.properties(s, length)
-        return p.ky + 0 * p.A, p.kz + 0 * p.A
-
-
-def check_wall(
-    section: Shape, wall: Array, limit: Array, s: Array, name: str = "thickness", what: str = "the half width"
-) -> None:
-    """Raise ValueError where a wall (...) [m] at arc length s (...) [m] is thicker than its limit (...) [m]."""
-    over = wall > limit * (1 + 1e-12)
-    if over.any():
-        raise ValueError(
-            f"{name} of {type(section).__name__} is {wall[over].flat[0]:.6g} m at s = {s[over].flat[0]:.6g} m, more "
-            f"than {what} {limit[over].flat[0]:.6g} m; make the wall thinner or the section larger"
-        )
 
 
 def polygon(y: Array, z: Array) -> Outline:

@@ -17,7 +17,7 @@ from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, SkinPart, StrainPlaces, family, member_cells
 from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_length
 from femflex.fem.option import Option, Options, member_options
-from femflex.fem.sections.section import Shape
+from femflex.fem.sections.library import Shape
 from femflex.fem.tables import DenseInertia
 from femflex.fem.tension.strain import TensionStrain, least_squares
 from femflex.mesh.cells import CELL_TYPES
