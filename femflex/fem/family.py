@@ -6,9 +6,9 @@ numbering for dofs and returns its inertia and strain blocks and the skin it is 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -82,20 +82,33 @@ FAMILIES: dict[str, Family] = {}
 PREPARERS: dict[str, Preparer] = {}
 NO_LENGTH = 1e-14  # of a coordinate: a shorter line has no length
 DIMENSIONS: dict[str, int] = {}  # of the cells of families that ignore other cells of their groups
+EDGES: dict[str, str] = {}  # of families whose edges other nodes may follow: "interpolated", or "bent" by rotations
+HALF_WAVES: dict[tuple[str, str], float] = {}  # by family and cell type, see `family`
 CELLS = ("points", "lines", "surfaces", "solids")
 
 
 def family(
-    name: str, options: Options | None = None, prepare: Preparer | None = None, dimension: int | None = None
+    name: str,
+    options: Options | None = None,
+    prepare: Preparer | None = None,
+    dimension: int | None = None,
+    edges: Literal["", "interpolated", "bent"] = "",
+    half_waves: Mapping[str, float] | None = None,
 ) -> Callable[[Family], Family]:
     """Register a member family, with its options, under the name used in Member.family and in case files.
 
-    prepare    changes the mesh for all members before dofs are numbered, and returns sentences about the changes
-    dimension  of its cells; in a group that has cells of other dimensions too, it uses only these
+    prepare     changes the mesh for all members before dofs are numbered, and returns sentences about the changes
+    dimension   of its cells; in a group that has cells of other dimensions too, it uses only these
+    edges       how its edges, which nodes between their ends may follow, move: interpolated between their nodes, or
+                bent by the rotations of their ends
+    half_waves  cell type -> elements that a half-wave needs for an error of 2 % of a frequency
     """
 
     def register(function: Family) -> Family:
         FAMILIES[name], OPTIONS[name] = function, options or {}
+        HALF_WAVES.update({(name, kind): count for kind, count in (half_waves or {}).items()})
+        if edges:
+            EDGES[name] = edges
         if dimension is not None:
             DIMENSIONS[name] = dimension
         if prepare is not None:

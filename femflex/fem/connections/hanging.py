@@ -21,12 +21,12 @@ from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.dependence import Dependence
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.connections.connection import skew
-from femflex.fem.connections.middle_nodes import MOVED_BY_NODES, led_by_middles
+from femflex.fem.connections.middle_nodes import led_by_middles
+from femflex.fem.family import EDGES as FAMILY_EDGES
 from femflex.fem.plate.sides import side_table
 from femflex.mesh import Mesh
 from femflex.mesh.cells import CELL_TYPES, EDGES, FACES
 
-BENT_BY_TURNS = {"plate", "plate_bfs"}
 OFF = 1e-6  # of an edge's length: distance beyond which a node off the edge cannot follow a solid, without rotations
 BESIDE = 1e-4  # of an edge's length: distance at which a chain of shorter edges still lies on it
 
@@ -50,7 +50,7 @@ def hanging_dependences(mesh: Mesh, numbering: Numbering, others: Sequence[Depen
     cells = [
         (member.family, kind, nodes)
         for member in numbering.members
-        if member.family in MOVED_BY_NODES | BENT_BY_TURNS
+        if member.family in FAMILY_EDGES
         for kind, nodes in mesh.group_cells(member.group).items()
     ]
     leaders = {**_on_chains(mesh, cells), **_on_faces(mesh, cells), **_on_edges(mesh, cells)}
@@ -62,7 +62,7 @@ def hanging_dependences(mesh: Mesh, numbering: Numbering, others: Sequence[Depen
         if moves[0] < 0 or np.isin(moves, dependent).any() or np.isin(turns, dependent).any():
             continue
         dependences += _node_dependences(mesh, numbering, node, leader)
-        if leader.family in BENT_BY_TURNS:  # the edge is straight in its plane
+        if FAMILY_EDGES[leader.family] == "bent":  # the edge is straight in its plane
             sides = side_table(mesh, numbering).existing_dofs(_keys(mesh, np.array([leader.nodes])))
             dependences += [
                 Dependence(side, np.eye(1), node_array[:0], np.zeros((1, 0)), "a straight edge") for side in sides
@@ -114,7 +114,7 @@ def _node_dependences(mesh: Mesh, numbering: Numbering, node: int, leader: Leade
     source = np.concatenate([moves.ravel(), turns.ravel()])
     tilt = -skew(d) @ move  # theta x d = -d x theta
     displacement, turn = np.concatenate([move, tilt], axis=1), np.concatenate([0 * move, move], axis=1)
-    if leader.family in BENT_BY_TURNS:
+    if FAMILY_EDGES[leader.family] == "bent":
         displacement, turn = _cubic_edge(x, float(w[1]))
         displacement[:, 6:] += tilt
     elif len(nodes) == 2:  # a shell deflects along its edge as its nodes rotate, if it bends uniformly

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.arrays import IntArray
+from femflex.fem.family import EDGES as FAMILY_EDGES
 from femflex.mesh import Mesh
 from femflex.mesh.cells import CELL_TYPES, EDGES, FACES
 from femflex.mesh.second_order import raise_order, rows_between
@@ -15,12 +16,10 @@ from femflex.mesh.second_order import raise_order, rows_between
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
 
-MOVED_BY_NODES = {"shell", "solid", "membrane"}
-
 
 def led_by_middles(family: str, kind: str) -> bool:
     """Return whether nodes in the middle of the edges move cells of this type in a member of this family."""
-    return family in MOVED_BY_NODES and CELL_TYPES[kind].order == 2
+    return FAMILY_EDGES.get(family) == "interpolated" and CELL_TYPES[kind].order == 2
 
 
 def with_raised_boundaries(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[str, ...]]:

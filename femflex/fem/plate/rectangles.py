@@ -38,7 +38,7 @@ _SQUARES = np.polynomial.legendre.leggauss(5)  # exact for squares of its slopes
 _SAMPLING = np.polynomial.legendre.leggauss(2)  # along an axis the in-plane field has linear gradients
 
 
-@family("plate_bfs", OPTIONS, dimension=2)
+@family("plate_bfs", OPTIONS, dimension=2, edges="bent", half_waves={"quad": 2.0})
 def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Thin flat plate elements on the rectangles of the member's group, in any position in space.
 

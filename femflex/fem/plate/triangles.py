@@ -35,7 +35,7 @@ ELEMENT = {"element": Option("dkmt", "'dkmt' (any thickness) or 'dkt' (thin: no 
 LINEAR, SQUARES = 2, 5  # degrees of the linear strains squared, and of squares of the slopes times linear stress
 
 
-@family("plate", {**ELEMENT, **OPTIONS}, dimension=2)
+@family("plate", {**ELEMENT, **OPTIONS}, dimension=2, edges="bent", half_waves={"triangle": 2.8})
 def plate(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Flat plate elements on the triangles of the member's group, in any position in space.
 

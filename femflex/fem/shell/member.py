@@ -76,7 +76,10 @@ def prepare_shell_mesh(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tup
     return mesh, centre_notes + moved_notes
 
 
-@family("shell", OPTIONS, prepare=prepare_shell_mesh, dimension=2)
+@family(
+    "shell", OPTIONS, prepare_shell_mesh, dimension=2, edges="interpolated",
+    half_waves={"quad": 7.0, "quad9": 2.2, "triangle": 16.0, "triangle6": 4.8},
+)  # fmt: skip
 def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Shell elements of any thickness on the quadrilaterals and triangles of the member's group, also mixed.
 

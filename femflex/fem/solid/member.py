@@ -106,7 +106,7 @@ def _first_order_hexahedra(mesh: Mesh, members: Sequence[Member]) -> tuple[bool,
     return True, (text,)
 
 
-@family("solid", OPTIONS, prepare=raise_solids, dimension=3)
+@family("solid", OPTIONS, raise_solids, dimension=3, edges="interpolated", half_waves={"hexahedron": 6.5})
 def solid(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Solid elements on the cells of the member's group: tetrahedra, pyramids, wedges and hexahedra, also mixed.
 

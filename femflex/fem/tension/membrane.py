@@ -38,7 +38,7 @@ DEGREE = 4  # of the squares of the displacements and of the strains squared, on
 CURVED = 4  # additional degree for curved sides
 
 
-@family("membrane", OPTIONS, dimension=2)
+@family("membrane", OPTIONS, dimension=2, edges="interpolated")
 def membrane(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Inertia, strain and skin of membranes on the triangles of a group, in any position in space.
 

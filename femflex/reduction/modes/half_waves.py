@@ -17,6 +17,7 @@ import warnings
 import numpy as np
 
 from femflex.arrays import Array, IntArray
+from femflex.fem.family import HALF_WAVES
 from femflex.fem.structure import Structure
 from femflex.mesh.cells import CELL_TYPES, EDGES
 from femflex.reduction.limits import FEW_OF_A_KIND, SLENDER_BRICK
@@ -29,10 +30,6 @@ DIRECTIONS = {
     "hexahedron": [[0, 2, 4, 6], [1, 3, 5, 7], [8, 9, 10, 11]],
     "wedge": [[0, 1, 2, 3, 4, 5], [6, 7, 8]],
 }
-NEEDED = {  # elements in a half-wave for an error of 2 % of a frequency
-    ("shell", "quad"): 7.0, ("shell", "quad9"): 2.2, ("shell", "triangle"): 16.0, ("shell", "triangle6"): 4.8,
-    ("solid", "hexahedron"): 6.5, ("plate", "triangle"): 2.8, ("plate_bfs", "quad"): 2.0,
-}  # fmt: skip
 FEW = 8  # modes that a line lists
 MANY = 99  # elements in a half-wave above which the number has no meaning: a surface that hardly bends
 VIBRATING = ("vibration", "free-free", "craig-bampton")
@@ -97,9 +94,9 @@ def _fewest(structure: Structure, modes: ModeSet) -> tuple[str, float, Array, In
     found: list[tuple[str, float, Array]] = []
     for (family, kind), several in cells.items():
         nodes = np.concatenate(several)
-        if (family, kind) in NEEDED and len(nodes) >= FEW_OF_A_KIND * count:
+        if (family, kind) in HALF_WAVES and len(nodes) >= FEW_OF_A_KIND * count:
             turns = None if family == "solid" else theta
-            needed = NEEDED[family, kind] * (_slenderness(structure, nodes) if kind == "hexahedron" else 1.0)
+            needed = HALF_WAVES[family, kind] * (_slenderness(structure, nodes) if kind == "hexahedron" else 1.0)
             corners = [
                 part[:, : CELL_TYPES[other].n_corners].ravel()
                 for (of, other), parts in cells.items()
