@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from femflex.arrays import Array, Table
-from femflex.dynamics.forces.forces import clear_forces
+from femflex.dynamics.forces.forces import clear_forces, push_coordinates
 from femflex.dynamics.joints.prescribed_motion import prescribed_state
 from femflex.dynamics.layout.records import ORBIT_NONE, header_of
 from femflex.dynamics.ledger.rows import (
@@ -40,7 +40,7 @@ from femflex.dynamics.ledger.rows import (
 )
 from femflex.dynamics.rate.auxiliary_states import copy_auxiliary_states
 from femflex.dynamics.rate.gathering import gather_residual
-from femflex.dynamics.rate.rate import LEFT_OUT
+from femflex.dynamics.rate.rate import LEFT_OUT, place_and_load_all
 from femflex.kernels.compiled import inner, kernel
 from femflex.kernels.entries import ARRAYS, MATRIX, VECTOR, VOID, entry
 from femflex.kernels.lanes import offset, pointer
@@ -75,8 +75,8 @@ def write_motion_rows(
 
 
 @entry(LEFT_OUT)
-def write_left_out(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
-    """Write the sum of the terms that `kept` leaves out; spare and rows stand behind it."""
+def place_and_cancel(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
+    """Place and load all bodies, and push the coordinates with the sum of the terms that `kept` leaves out."""
     head = header_of(table)
     n_u, out = head["n_u"], offset(work, head["left_forces"])
     spare, rows = offset(out, n_u), offset(out, (1 + SPARE) * n_u)
@@ -89,6 +89,8 @@ def write_left_out(t: float, q: Array, u: Array, table: Table, pool: Array, work
         for i in range(FIRST_PRESCRIBED):
             if pool[head["kept"] + i] == 0.0:
                 out[k] += rows[i * n_u + k]
+    place_and_load_all(t, q, u, table, pool, work)
+    push_coordinates(out, table, work)
 
 
 @inner

@@ -15,7 +15,7 @@ from femflex.dynamics.layout.pool import aligned
 from femflex.dynamics.layout.records import HEADER, N_HEADER, body_records
 from femflex.dynamics.ledger.by_source import DRIVES, SWITCHED, TERMS, term_names
 from femflex.dynamics.ledger.equation_terms import BY_NAME
-from femflex.dynamics.ledger.ledger import write_left_out
+from femflex.dynamics.ledger.ledger import place_and_cancel
 from femflex.dynamics.ledger.rows import FIRST_PRESCRIBED, SPARE
 from femflex.dynamics.workspace import Workspace
 from femflex.system import Effector, System
@@ -176,7 +176,8 @@ def without_terms(model: Model, omitted: tuple[str, ...]) -> Model:
     numbers = aligned(len(original.numbers) + len(weights))
     numbers[:] = np.concatenate([original.numbers, weights])
     head, bodies = table[:N_HEADER].view(HEADER)[0], body_records(table)
-    head["kept"], head["left_out"], head["left_forces"] = len(original.numbers), write_left_out.address, original.n_work
+    head["left_out"] = place_and_cancel.address
+    head["kept"], head["left_forces"] = len(original.numbers), original.n_work
     bodies["sprung"], bodies["full"] = 1, 0  # forces act along all joints
     room = (1 + SPARE + FIRST_PRESCRIBED) * model.n_u
     model = replace(model, omitted=omitted)

@@ -10,9 +10,8 @@ LENGTHS       solve_lengths(t, k, q, u, udot, table, pool, work)
               Before solution k of the accelerations: sets those of the free lengths, from the solution udot before.
 LENGTH_STEPS  step_lengths(t, k, q, v, vdot, out, c_d, table, pool, work)
               The same before solution k of Newton's correction of vdot; out (n_u,) is the solution before.
-LEFT_OUT      write_left_out(t, q, u, table, pool, work)
-              Writes the sum of the terms of eq. (9) that are left out to `left_forces`: as forces on the coordinates
-              they cancel these terms.
+LEFT_OUT      place_and_cancel(t, q, u, table, pool, work)
+              Places and loads all bodies, with forces on the coordinates that cancel the terms of eq. (9) left out.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from femflex.arrays import Array, Table
 from femflex.dynamics.bodies.inertia import deform
 from femflex.dynamics.bodies.varying import carry_material, write_varying_bodies
 from femflex.dynamics.forces.base_frame import move_base
-from femflex.dynamics.forces.forces import clear_all_joint_forces, push_coordinates, write_forces
+from femflex.dynamics.forces.forces import clear_all_joint_forces, write_forces
 from femflex.dynamics.joints.coordinates import coordinate_rates
 from femflex.dynamics.joints.prescribed_motion import add_known_accelerations, prescribed_state
 from femflex.dynamics.layout.records import body_of, header_of
@@ -57,17 +56,25 @@ def place_bodies(t: float, q: Array, u: Array, table: Table, pool: Array, work: 
 
 
 @inner
+def place_and_load_all(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
+    """Place every body at the state (q, u), and write all forces but those of constraints, no term left out."""
+    place_bodies(t, q, u, table, pool, work)
+    if header_of(table)["constrain"] != 0:
+        clear_all_joint_forces(table, work)
+    write_forces(t, q, u, table, pool, work)
+
+
+@inner
 def place_and_load(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
-    """Place every body at the state (q, u), and write all forces but those of constraints."""
+    """Place every body at the state (q, u), and write all forces that act but those of constraints.
+
+    One branch, since a second one after the forces would cost spinning_cable an eighth of its rate.
+    """
     head = header_of(table)
     if head["left_out"] != 0:
         call_left_out(head["left_out"], t, q, u, table, pool, work)
-    place_bodies(t, q, u, table, pool, work)
-    if head["constrain"] != 0:
-        clear_all_joint_forces(table, work)
-    write_forces(t, q, u, table, pool, work)
-    if head["left_out"] != 0:
-        push_coordinates(offset(work, head["left_forces"]), table, work)
+    else:
+        place_and_load_all(t, q, u, table, pool, work)
 
 
 @inner
