@@ -32,7 +32,6 @@ from femflex.fem.tension.strain import UNITS
 from femflex.noun.problems import CaseError, Problem, suggestion_text
 from femflex.reduction import (
     Damping,
-    UniformBeam,
     beam_body,
     bending_damping,
     is_added,
@@ -324,12 +323,9 @@ def _rigid_body(case: Case, table: RigidTable) -> FlexibleBody:
 
 
 def _beam_body(case: Case, name: str, table: AnalyticTable, modes: int | None) -> BodyWithSource:
-    values = table.model_dump(include=set(UniformBeam.__dataclass_fields__) - {"mass_per_length"})
-    values["bounded_energy"] = table.strain == "nonlinear" and table.bounded_energy is not False
-    mass = table.mass_per_length if table.mass is None else table.mass / table.length
-    assert mass is not None
-    beam = UniformBeam(mass_per_length=mass, **values)
-    functions, note = functions_of(case, name, table, modes, beam.frame)
+    bounded = table.strain == "nonlinear" and table.bounded_energy is not False
+    beam = table.model_copy(update={"bounded_energy": bounded})
+    functions, note = functions_of(case, name, table, modes)
     strain, patches = table.strain or "linear", patch_groups(case, name)
     body = beam_body(beam, functions, damping_of(table.damping), strain=strain, patches=patches)
     names = {marker: entry.group or marker for marker, entry in table.markers.items()}

@@ -31,13 +31,8 @@ STATIC = 2  # static shapes of bending per direction: of a translational and a r
 ENOUGH = 4  # polynomials per direction that contain these shapes; all four frequencies are then within 0.5 %
 
 
-def functions_of(
-    case: Case, name: str, table: AnalyticTable, modes: int | None, frame: Array
-) -> tuple[BeamFunctions, str]:
-    """The functions of a body and notes on them, with `modes` functions per field instead of the case's if given.
-
-    frame: axes of the beam in the body, rows (3, 3)
-    """
+def functions_of(case: Case, name: str, table: AnalyticTable, modes: int | None) -> tuple[BeamFunctions, str]:
+    """The functions of a body and notes on them, with `modes` functions per field instead of the case's if given."""
     f = table.functions
     counts = {key: getattr(f, key) for key in FIELDS}
     if modes is not None:
@@ -46,7 +41,7 @@ def functions_of(
     if (f.family, f.ends) == ("characteristic", "clamped-free"):
         requested = BeamFunctions(**counts, static=f.static)
         markers = {"tip", *(key for key, marker in table.markers.items() if marker.group == "tip")}
-        added = added_shapes(f.joints or [], f.loads, requested, loads_at(case, name, markers, frame))
+        added = added_shapes(f.joints or [], f.loads, requested, loads_at(case, name, markers, table.frame))
         counts, static, tip = with_static(counts, added.more), f.static or added.root, added.tip
         notes.append(added.note_text(counts, added.root and _has_spin_shapes(case, table)))
     if (table.strain or "linear") != "linear" and (f.y or f.z):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field, StrictBool, ValidationInfo, field_validator, model_validator
+from pydantic import ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
 from femflex.case.body_base import BodyTable as BodyTable
 from femflex.case.deck import OverrideValues
@@ -16,7 +16,8 @@ from femflex.fem.bushing import Bushing
 from femflex.fem.connections import Distributing, Equation, Rigid
 from femflex.noun.inertia import InertiaMatrix
 from femflex.noun.table import Name, Table, exactly_one, refuse
-from femflex.noun.values import Count, Direction, Mass, Position, PositiveLength, Quantity, Whole
+from femflex.noun.values import Count, Mass, Position, Quantity, Whole
+from femflex.reduction.beams.uniform_beam import UniformBeam
 from femflex.reduction.methods import Reduction
 from femflex.reduction.nouns import DampingTable, FunctionsTable, PreloadTable
 
@@ -287,42 +288,11 @@ class FlexibleTable(BodyTable):
         return self
 
 
-class AnalyticTable(BodyTable):
+class AnalyticTable(UniformBeam, BodyTable):
     """A straight uniform beam on admissible functions, with markers root and tip; no mesh."""
 
     kind: Literal["analytic"]
     """Selects this body: a straight uniform beam on admissible functions."""
-    length: PositiveLength
-    """Length of the beam."""
-    EA: Annotated[float, Quantity("N", above=0.0)]
-    """Axial stiffness."""
-    EIy: Annotated[float, Quantity("N m^2", above=0.0)]
-    """Bending stiffness in the x-z plane."""
-    EIz: Annotated[float, Quantity("N m^2", above=0.0)]
-    """Bending stiffness in the x-y plane."""
-    GJ: Annotated[float, Quantity("N m^2", above=0.0)]
-    """Torsional stiffness."""
-    mass: Mass | None = None
-    """Mass of the whole beam, in place of mass_per_length."""
-    mass_per_length: Annotated[float, Quantity("kg/m", above=0.0)] | None = None
-    """Mass per length, in place of mass."""
-    ry: Annotated[float, Quantity("m", least=0.0)] = 0.0
-    """Radius of gyration of the section's mass about y: root of int z^2 dm over the mass."""
-    rz: Annotated[float, Quantity("m", least=0.0)] = 0.0
-    """Radius of gyration of the section's mass about z: root of int y^2 dm over the mass."""
-    rotary_inertia: StrictBool = True
-    """Rotary inertia of the sections in bending."""
-    root: Position = (0.0, 0.0, 0.0)
-    """Position of the beam's root in the body frame."""
-    direction: Direction = (1.0, 0.0, 0.0)
-    """Direction of the beam from root to tip, in the body frame."""
-    orientation: Direction | None = None
-    """Direction near the section's y axis. Default: chosen automatically."""
-    bounded_energy: StrictBool | None = None
-    """Nonlinear strain energy that stays bounded where a flat section bends far about its weak axis and twists. The
-    price: a strip tips over late in its stiff plane, by the fraction 1 / (2 EIy / EIz). Default: true."""
-    radius: PositiveLength | None = None
-    """Radius of the tube that is drawn. Default: a line."""
     functions: FunctionsTable
     """Number and kind of admissible functions."""
     strain: Strain | None = None
@@ -330,11 +300,6 @@ class AnalyticTable(BodyTable):
     its own dependent ones."""
     damping: DampingTable | None = None
     """Structural damping. Default: none."""
-
-    @model_validator(mode="after")
-    def _one_mass(self) -> AnalyticTable:
-        exactly_one(self, ("mass", "mass_per_length"))
-        return self
 
     def built_in_markers(self) -> tuple[str, ...]:
         """The beam's two ends."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from femflex.reduction.admissible import beam_body, sampled_functions
-from femflex.reduction.beams.uniform_beam import BeamFunctions, Taper, UniformBeam
+from femflex.reduction.beams.uniform_beam import BeamFunctions, Taper, TaperedBeam, UniformBeam
 from femflex.reduction.inertia.effective_mass import EffectiveMass, effective_mass, mac, mac_of_bodies
 from femflex.reduction.large_deflection.curvature import hardening, least_stiffness_ratio, mesh_rise
 from femflex.reduction.large_deflection.derivatives import with_derivatives
@@ -45,6 +45,7 @@ __all__ = [
     "RayleighDamping",
     "Stretching",
     "Taper",
+    "TaperedBeam",
     "UniformBeam",
     "beam_body",
     "bending_damping",

@@ -13,6 +13,7 @@ from femflex.reduction import (
     BeamFunctions,
     ModalDamping,
     Taper,
+    TaperedBeam,
     UniformBeam,
     beam_body,
     cantilever_modes,
@@ -121,8 +122,8 @@ XI_QUADRATURE, W = (lambda x, w: ((x + 1) / 2, w / 2))(*np.polynomial.legendre.l
 
 def beam_of(**changes):
     data = dict(EA=900.0, EIy=30.0, EIz=50.0, GJ=20.0, mass_per_length=0.8, ry=0.05, rz=0.09, root=ROOT,
-                direction=WAY, orientation=NEAR, taper=TAPER)  # fmt: skip
-    return UniformBeam(L, **{**data, **changes})
+                direction=WAY, orientation=NEAR, factors=TAPER)  # fmt: skip
+    return TaperedBeam(L, **{**data, **changes})
 
 
 def points_of(beam):
@@ -198,7 +199,7 @@ def test_moments_stiffness_markers_and_skin_are_integrals_over_the_beam(rotary, 
 def test_an_inextensible_beam_has_the_curvature_of_an_arc_at_fourth_order(y, z, far):
     """int (EIz a^2 + EIy b^2 + 2 s a b) / 2 of a = v'v'', b = w'w''; s their mean, or the lesser where it bends far."""
     taper = Taper(bending=lambda xi: 2 - xi**2)
-    beam = beam_of(taper=taper, ry=0.0, rz=0.0, bounded_energy=far)
+    beam = beam_of(factors=taper, ry=0.0, rz=0.0, bounded_energy=far)
     functions = BeamFunctions(y=y, z=z)
     body = beam_body(beam, functions, orthonormal=False, strain="condensed")
     d = np.array([0.04, -0.03, 0.05])[: y + z]

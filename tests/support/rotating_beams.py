@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 from femflex.dynamics import compile_system
 from femflex.dynamics.linear.equations import linearised
-from femflex.reduction import BeamFunctions, Taper, UniformBeam, beam_body
+from femflex.reduction import BeamFunctions, Taper, TaperedBeam, beam_body
 from femflex.system import Frame, System, weld
 
 
@@ -49,9 +49,9 @@ class Rotating:
     def body(self, n: int):
         """The condensed body on n polynomials along y and along z."""
         c, s = np.cos(self.setting), np.sin(self.setting)
-        beam = UniformBeam(
+        beam = TaperedBeam(
             1.0, 1e4, self.flap, self.lag, 1.0, 1.0, root=(self.hub, 0, 0), orientation=(0, c, s),
-            taper=Taper(self.mass, self.bending, uniform),
+            factors=Taper(self.mass, self.bending, uniform),
         )  # fmt: skip
         return beam_body(beam, BeamFunctions(y=n, z=n, family="polynomial"), strain="condensed")
 

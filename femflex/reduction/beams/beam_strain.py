@@ -58,7 +58,10 @@ def beam_strains(beam: UniformBeam, functions: BeamFunctions, X: Array, followin
     linear, quadratic = strain_maps()
     if not functions.torsion:
         quadratic[3] = 0.0
-    fourth, weights = product_maps(FOURTH), fourth_order_stiffnesses(beam.EIy, beam.EIz, polar**2, beam.bounded_energy)
+    fourth, weights = (
+        product_maps(FOURTH),
+        fourth_order_stiffnesses(beam.EIy, beam.EIz, polar**2, bool(beam.bounded_energy)),
+    )
     if following:
         quadratic[:, 0], quadratic[:, :, 0] = 0.0, 0.0
         fourth[:3], weights[:3] = inextensible(beam, polar**2)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from pydantic import SkipValidation, StrictBool, model_validator
 
 from femflex.arrays import Array, BoolArray
 from femflex.fem.line.chain import straight_frame
+from femflex.noun.table import Table, exactly_one
+from femflex.noun.values import Direction, Mass, Position, PositiveLength, Quantity
 from femflex.reduction.beams.beam_functions import (
     STATIC_AXIAL,
     STATIC_BENDING,
@@ -45,53 +47,69 @@ class Taper:
     axial: Callable[[Array], Array] = constant_factor
 
 
-@dataclass(frozen=True, eq=False)
-class UniformBeam:
-    """A straight Euler–Bernoulli beam, uniform unless it has a `taper`.
+class UniformBeam(Table):
+    """A straight uniform Euler–Bernoulli beam."""
 
-    length                 [m]
-    EA, EIy, EIz, GJ       axial [N], bending in x-z and in x-y, torsional stiffness [N m^2]; x along the beam
-    mass_per_length        [kg/m]
-    ry, rz                 radii of gyration of the section's mass, sqrt(int z^2 dm), sqrt(int y^2 dm) per mass [m]
-    rotary_inertia         False leaves the section's inertia out of bending and of turns of the body; it stays in
-                           torsion, equal about all axes across
-    root, direction        where the beam starts [m] and where it points, body frame
-    orientation            vector near the section's y axis; default as for beam members (`fem.line.chain`)
-    bounded_energy         True: nonlinear strain stays bounded where a flat section bends far (fem.beam.strain)
-    radius                 of the tube that is drawn [m]; None draws a line
-    taper                  how the section varies along the length; mass and stiffness above are those where it is 1
-    """
+    length: PositiveLength
+    """Length of the beam."""
+    EA: Annotated[float, Quantity("N", above=0.0)]
+    """Axial stiffness."""
+    EIy: Annotated[float, Quantity("N m^2", above=0.0)]
+    """Bending stiffness in the x-z plane."""
+    EIz: Annotated[float, Quantity("N m^2", above=0.0)]
+    """Bending stiffness in the x-y plane."""
+    GJ: Annotated[float, Quantity("N m^2", above=0.0)]
+    """Torsional stiffness."""
+    mass_per_length: Annotated[float, Quantity("kg/m", above=0.0)] = None  # type: ignore[assignment]
+    """Mass per length, in place of mass."""
+    ry: Annotated[float, Quantity("m", least=0.0)] = 0.0
+    """Radius of gyration of the section's mass about y: root of int z^2 dm over the mass."""
+    rz: Annotated[float, Quantity("m", least=0.0)] = 0.0
+    """Radius of gyration of the section's mass about z: root of int y^2 dm over the mass."""
+    rotary_inertia: StrictBool = True
+    """Rotary inertia of the sections in bending."""
+    root: Position = (0.0, 0.0, 0.0)
+    """Position of the beam's root in the body frame."""
+    direction: Direction = (1.0, 0.0, 0.0)
+    """Direction of the beam from root to tip, in the body frame."""
+    orientation: Direction | None = None
+    """Direction near the section's y axis. Default: chosen automatically."""
+    bounded_energy: StrictBool | None = None
+    """Nonlinear strain energy that stays bounded where a flat section bends far about its weak axis and twists. The
+    price: a strip tips over late in its stiff plane, by the fraction 1 / (2 EIy / EIz). Default: true."""
+    radius: PositiveLength | None = None
+    """Radius of the tube that is drawn. Default: a line."""
+    mass: Mass | None = None
+    """Mass of the whole beam, in place of mass_per_length."""
 
-    length: float
-    EA: float
-    EIy: float
-    EIz: float
-    GJ: float
-    mass_per_length: float
-    ry: float = 0.0
-    rz: float = 0.0
-    rotary_inertia: bool = True
-    root: ArrayLike = (0.0, 0.0, 0.0)
-    direction: ArrayLike = (1.0, 0.0, 0.0)
-    orientation: ArrayLike | None = None
-    bounded_energy: bool = False
-    radius: float | None = None
-    taper: Taper = field(default_factory=Taper)
-
-    def __post_init__(self) -> None:
-        for name in ("length", "EA", "EIy", "EIz", "GJ", "mass_per_length"):
-            if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
-                raise ValueError(f"{name} of the beam is {getattr(self, name)}; it must be positive and finite.")
-        for name in ("ry", "rz"):
-            if not (np.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
-                raise ValueError(
-                    f"{name} of the beam is {getattr(self, name)}; a radius of gyration is zero or positive."
-                )
+    @model_validator(mode="after")
+    def _one_mass(self) -> UniformBeam:
+        exactly_one(self, ("mass", "mass_per_length"))
+        if self.mass is not None:
+            vars(self)["mass_per_length"] = self.mass / self.length
+        return self
 
     @property
     def frame(self) -> Array:
         """Beam axes in the body frame, rows x, y, z (3, 3)."""
         return straight_frame(self.root, self.direction, self.orientation)
+
+    @property
+    def taper(self) -> Taper:
+        """How its section varies along its length."""
+        return Taper()
+
+
+class TaperedBeam(UniformBeam):
+    """A straight beam whose section varies; its mass and its stiffness are those where the factors are 1."""
+
+    factors: SkipValidation[Taper]
+    """Factors along the beam."""
+
+    @property
+    def taper(self) -> Taper:
+        """How its section varies along its length."""
+        return self.factors
 
 
 @dataclass(frozen=True)

@@ -133,7 +133,6 @@ def whole_beam(beam: UniformBeam, functions: BeamFunctions) -> FlexibleBody:
     richer_functions = BeamFunctions(
         *(max(POLYNOMIALS, n_bending),) * 2, 0, max(POLYNOMIALS, functions.torsion), "polynomial", functions.ends
     )
-    beam_with_inertia = (
-        beam if beam.ry or beam.rz else replace(beam, ry=THIN_SECTION * beam.length, rz=THIN_SECTION * beam.length)
-    )
-    return beam_body(beam_with_inertia, richer_functions, strain="condensed")
+    if not (beam.ry or beam.rz):
+        beam = beam.model_copy(update=dict.fromkeys(("ry", "rz"), THIN_SECTION * beam.length))
+    return beam_body(beam, richer_functions, strain="condensed")
