@@ -84,7 +84,7 @@ def _page(schema: Schema, pool: Pool) -> str:
     return "\n".join(sections)
 
 
-SHARED = {"markers.NAME": "MarkerTable", "initial": "InitialTable", "damping": "DampingTable"}  # of several bodies
+SHARED = {"markers.NAME": "MarkerTable", "initial": "InitialTable", "damping": "Damping"}  # of several bodies
 
 
 def shared_tables(schema: Schema, bodies: Sequence[Use], pool: Pool) -> str:

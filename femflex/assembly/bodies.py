@@ -31,7 +31,6 @@ from femflex.fem.structure import Structure
 from femflex.fem.tension.strain import UNITS
 from femflex.noun.problems import CaseError, Problem, suggestion_text
 from femflex.reduction import (
-    Damping,
     beam_body,
     bending_damping,
     is_added,
@@ -45,7 +44,6 @@ from femflex.reduction import (
 from femflex.reduction.methods import Stretchable
 from femflex.reduction.modes.half_waves import half_wave_text, warn_of_few_elements
 from femflex.reduction.modes.vibration import ModeSet
-from femflex.reduction.nouns import DampingTable
 from femflex.reduction.origin import Analytic, Meshed, Origin
 from femflex.reduction.preload.equilibrium import is_preloaded
 from femflex.reduction.small_motions import small_motion_body
@@ -196,7 +194,7 @@ def _body_from_table(
     if isinstance(table, FileTable):
         return _body_from_file(case, name, table, modes), None, ()
     if isinstance(table, MatricesTable):
-        matrix_body = build_matrix_body(case, table, modes, damping_of(table.damping), turning_markers(case, name))
+        matrix_body = build_matrix_body(case, table, modes, turning_markers(case, name))
         return matrix_body.body, None, tuple(("mesh", text) for text in matrix_body.notes)
     assert isinstance(table, FlexibleTable)
     table = with_deck(case, name, table)
@@ -255,7 +253,7 @@ def _reduce_with_strain(
     if strain == "condensed" and keep is None:
         modeset = with_derivatives(structure, modeset)
     damping, patches, loads = (
-        damping_of(table.damping),
+        table.damping,
         patch_groups(case, name),
         load_sets_of(case, name, table),
     )
@@ -300,7 +298,7 @@ def _segments(case: Case, name: str, table: FlexibleTable, counts: tuple[int | N
     """The segments of a body. counts: numbers of modes, refinements and segments, None for those of the case."""
     modes, refine, count = counts
     mesh = build_mesh(case, name, table, refine)
-    return build_segments(case, name, table, mesh, marker_groups(table), damping_of(table.damping), modes, count)
+    return build_segments(case, name, table, mesh, marker_groups(table), modes, count)
 
 
 def marker_groups(table: FlexibleTable) -> dict[str, str]:
@@ -327,7 +325,7 @@ def _beam_body(case: Case, name: str, table: AnalyticTable, modes: int | None) -
     beam = table.model_copy(update={"bounded_energy": bounded})
     functions, note = functions_of(case, name, table, modes)
     strain, patches = table.strain or "linear", patch_groups(case, name)
-    body = beam_body(beam, functions, damping_of(table.damping), strain=strain, patches=patches)
+    body = beam_body(beam, functions, table.damping, strain=strain, patches=patches)
     names = {marker: entry.group or marker for marker, entry in table.markers.items()}
     return body, Analytic(beam, functions, names), (("shapes", note),) if note else ()
 
@@ -354,14 +352,9 @@ def _body_from_file(case: Case, name: str, table: FileTable, modes: int | None) 
         Me = body.without_slaves().moments.elastic_mass()
         body = replace(
             body,
-            damping=bending_damping(damping.model, Me, body.strain.V1, damped, is_added(kinds), is_unanswered(kinds)),
+            damping=bending_damping(damping, Me, body.strain.V1, damped, is_added(kinds), is_unanswered(kinds)),
         )
     return body
-
-
-def damping_of(table: DampingTable | None) -> Damping | None:
-    """The damping model of a table, None where there is none."""
-    return None if table is None else table.model
 
 
 def with_markers(body: FlexibleBody, name: str, table: BodyTable) -> FlexibleBody:

@@ -7,15 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from femflex.assembly.bodies import damping_of, marker_groups, patch_groups, turning_markers, with_markers
+from femflex.assembly.bodies import marker_groups, patch_groups, turning_markers, with_markers
 from femflex.assembly.decks import load_sets_of, with_deck
 from femflex.assembly.structures import build_modes, preload_of, structure_of
+from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
 from femflex.fem.support import COMPONENTS
 from femflex.reduction.methods import Cantilever, CraigBampton, FreeFree
-from femflex.reduction.modes.damping import Damping, ModalDamping, RayleighDamping
+from femflex.reduction.modes.damping import Damping
 from femflex.reduction.modes.harmonic import with_harmonic_responses
 from femflex.reduction.modes.vibration import load_vectors
 from femflex.reduction.small_motions import small_motion_body
@@ -48,21 +49,21 @@ def harmonic_body(case: Case, name: str, omega: float, loss_factor: float = 0.0)
         clamps = getattr(table.reduction, "clamp", {})
         loaded = {group: COMPONENTS for group in dict.fromkeys(groups.values()) if group not in clamps}
         F = load_vectors(structure, COMPONENTS if modes.held.size else (), loaded)
-        mass, stiffness = _rates(damping_of(table.damping), omega, modes.omega)
+        mass, stiffness = _rates(table.damping, omega, modes.omega)
         factor = 1.0 + 1j * (omega * stiffness + loss_factor)
         shapes = with_harmonic_responses(structure, modes, F, omega, factor, 1.0 - 1j * mass / omega)
         turning, patches = turning_markers(case, name), patch_groups(case, name)
         body = small_motion_body(structure, shapes, groups, turning, patches, load_sets_of(case, name, table))
-    damping = RayleighDamping(mass, stiffness).matrix(body.moments.elastic_mass(), body.strain.V1)
+    damping = mass * body.moments.elastic_mass() + stiffness * body.strain.V1
     return with_markers(replace(body, damping=damping), name, table)
 
 
-def _rates(damping: Damping | None, omega: float, modes: np.ndarray) -> tuple[float, float]:
+def _rates(damping: Damping | None, omega: float, modes: Array) -> tuple[float, float]:
     """Numbers alpha [1/s] and beta [s] of D = alpha M + beta K that dissipate at omega [rad/s] as a damping does."""
-    if isinstance(damping, RayleighDamping):
-        return damping.alpha, damping.beta
-    if not isinstance(damping, ModalDamping):
+    if damping is None:
         return 0.0, 0.0
+    if damping.ratio is None:
+        return damping.mass or 0.0, damping.stiffness or 0.0
     ratios = np.atleast_1d(np.asarray(damping.ratio, float))
     known = modes[: len(ratios)]
     nearest = int(np.argmin(np.abs(known - omega))) if len(known) else 0

@@ -14,7 +14,6 @@ from femflex.matrices.body import matrix_body, without_rounding
 from femflex.reduction import ModeSet
 from femflex.reduction.matrices import MatrixBody
 from femflex.reduction.methods import FreeFree, Nodal, Stiff, Stretchable
-from femflex.reduction.modes.damping import Damping
 
 
 def matrix_model(case: Case, table: MatricesTable) -> MatrixModel:
@@ -23,9 +22,7 @@ def matrix_model(case: Case, table: MatricesTable) -> MatrixModel:
     return model if table.spin is None else model.spinning(table.spin.rate, table.spin.axis)
 
 
-def build_matrix_body(
-    case: Case, table: MatricesTable, modes: int | None, damping: Damping | None, turning: set[str]
-) -> MatrixBody:
+def build_matrix_body(case: Case, table: MatricesTable, modes: int | None, turning: set[str]) -> MatrixBody:
     """The body of a table, with `modes` modes instead of the case's if given, and notes on it."""
     markers = {name: entry.group or name for name, entry in table.markers.items()}
     r = table.reduction
@@ -37,7 +34,7 @@ def build_matrix_body(
         None if table.inertia is None else np.array(table.inertia),
     )
     reduce = None if r is None else partial(_modes_of_matrices, table=table, modes=modes)
-    return matrix_body(matrix_model(case, table), reduce, named, markers, damping, turning, stated)
+    return matrix_body(matrix_model(case, table), reduce, named, markers, table.damping, turning, stated)
 
 
 def _modes_of_matrices(structure: MatrixStructure, table: MatricesTable, modes: int | None) -> ModeSet:

@@ -16,7 +16,6 @@ from femflex.fem.line.segments import NEAR
 from femflex.mesh import Mesh
 from femflex.noun.problems import CaseError, Problem
 from femflex.reduction import (
-    Damping,
     ModeSet,
     cantilever_modes,
     chord_modes,
@@ -36,7 +35,6 @@ def build_segments(
     table: FlexibleTable,
     mesh: Mesh,
     markers: Mapping[str, str],
-    damping: Damping | None = None,
     modes: int | None = None,
     segments: int | None = None,
 ) -> Segments:
@@ -70,7 +68,7 @@ def build_segments(
         )
     all_markers = {**{group: group for group in groups}, **markers}
     shapes = _segment_shapes(table, modes, f"bodies.{name}")
-    return Segments(reduce_segments(pieces, all_markers, shapes, damping, table.strain or "linear"))
+    return Segments(reduce_segments(pieces, all_markers, shapes, table.damping, table.strain or "linear"))
 
 
 def _end_among(mesh: Mesh, line: str, groups: list[str]) -> str | None:

@@ -19,7 +19,8 @@ from femflex.noun.table import Name, Table, exactly_one, refuse
 from femflex.noun.values import Count, Mass, Position, Quantity, Whole
 from femflex.reduction.beams.uniform_beam import UniformBeam
 from femflex.reduction.methods import Reduction
-from femflex.reduction.nouns import DampingTable, FunctionsTable, PreloadTable
+from femflex.reduction.modes.damping import Damping
+from femflex.reduction.nouns import FunctionsTable, PreloadTable
 
 Strain = Literal["linear", "nonlinear", "condensed"]
 Connection = Annotated[Rigid | Distributing | Equation, Field(discriminator="kind")]
@@ -178,7 +179,7 @@ class FlexibleTable(BodyTable):
     loads near buckling), nonlinear where the body cannot be condensed, else linear. Every verb prints the choice and
     its reason. Default of bodies with a preload, tethers or membranes: condensed, or linear where the reduction has
     no derivatives."""
-    damping: DampingTable | None = None
+    damping: Damping | None = None
     """Structural damping. Default: none."""
 
     @property
@@ -298,7 +299,7 @@ class AnalyticTable(UniformBeam, BodyTable):
     strain: Strain | None = None
     """Strain energy, as for meshed bodies. nonlinear needs axial functions; condensed adds
     its own dependent ones."""
-    damping: DampingTable | None = None
+    damping: Damping | None = None
     """Structural damping. Default: none."""
 
     def built_in_markers(self) -> tuple[str, ...]:
@@ -315,7 +316,7 @@ class FileTable(BodyTable):
     """Body file, relative to the case file."""
     modes: Annotated[int, Count(0)] | None = None
     """Number of elastic coordinates kept, the first ones. Default: all."""
-    damping: DampingTable | None = None
+    damping: Damping | None = None
     """Structural damping. Default: that of the file."""
 
 

@@ -12,7 +12,7 @@ from femflex.deployment.body import Reel
 from femflex.deployment.tapered import Taper
 from femflex.noun.table import Name, Orientation, Table, exactly_one, refuse
 from femflex.noun.values import MOST_FUNCTIONS, Count, Direction, Mass, Position, PositiveLength, Quantity
-from femflex.reduction.nouns import _Ratio
+from femflex.reduction.modes.damping import Ratio
 from femflex.system.motion import Motion, MotionOf
 
 LINES, SHEETS = ("beam", "tether"), ("plate", "membrane")
@@ -136,7 +136,7 @@ class DeployingTable(BodyTable):
     strain: Literal["condensed", "linear"] = "condensed"
     """Strain energy. condensed: bending shortens the member, so that axial forces and inertia change its bending
     stiffness to second order. linear: they do not; femflex warns where this matters."""
-    damping: Annotated[float | tuple[float, ...], _Ratio()] = 0.0
+    damping: Annotated[float | tuple[float, ...], Ratio()] = 0.0
     """Fraction of critical damping of the coordinates at every length: one number, or one for each."""
     rest: Literal["place", "material", "coordinates"] = "place"
     """What is at rest at t = 0 in a bent member that moves out: the deflection at a fixed place; that of a material

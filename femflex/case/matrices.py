@@ -12,7 +12,7 @@ from femflex.noun.inertia import InertiaMatrix
 from femflex.noun.table import Name, Table, refuse
 from femflex.noun.values import Direction, Mass, Position, Quantity, Whole
 from femflex.reduction.methods import Reduction
-from femflex.reduction.nouns import DampingTable
+from femflex.reduction.modes.damping import Damping
 
 ELEMENTS_ONLY = ("derivatives", "third_derivatives", "deflection", "responses", "spin")
 
@@ -43,7 +43,7 @@ class MatricesTable(BodyTable):
     spin: SpinTable | None = None
     """Spin that the geometric stiffness belongs to: it then grows with the square of the rate about that axis. Left
     out: the geometric stiffness is constant."""
-    damping: DampingTable | None = None
+    damping: Damping | None = None
     """Structural damping, in place of the damping matrix. Default: the damping matrix, or none."""
     mass: Mass | None = None
     """Mass that the matrices are checked against. Default: not checked."""

@@ -17,8 +17,6 @@ from femflex.reduction.modes.buckling import critical_factor
 from femflex.reduction.modes.craig_bampton import craig_bampton
 from femflex.reduction.modes.damping import (
     Damping,
-    ModalDamping,
-    RayleighDamping,
     bending_damping,
     is_added,
     is_unanswered,
@@ -39,10 +37,8 @@ __all__ = [
     "BeamFunctions",
     "Damping",
     "EffectiveMass",
-    "ModalDamping",
     "ModeSet",
     "Preload",
-    "RayleighDamping",
     "Stretching",
     "Taper",
     "TaperedBeam",

@@ -24,7 +24,7 @@ from femflex.reduction.boundary.patches import CellMotion, mean_markers
 from femflex.reduction.boundary.rigid import dofs_of_node_motion
 from femflex.reduction.inertia.moments import point_moments
 from femflex.reduction.large_deflection.foreshortening import foreshortening_of
-from femflex.reduction.modes.damping import UNANSWERED, Damping, ModalDamping, bending_damping, is_added, is_unanswered
+from femflex.reduction.modes.damping import UNANSWERED, Damping, bending_damping, is_added, is_unanswered
 from femflex.reduction.modes.vibration import TURN, ModeSet
 from femflex.reduction.strain.condense import condense
 from femflex.reduction.strain.static_stretch import with_stretch_of_slaved
@@ -114,7 +114,7 @@ def _reduced_beam(
         moments=moments,
         strain=tensors,
         damping=bending_damping(
-            damping or ModalDamping(0.0), moments.elastic_mass(), V1, is_damped, is_added(kinds), is_unanswered(kinds)
+            damping or Damping(ratio=0.0), moments.elastic_mass(), V1, is_damped, is_added(kinds), is_unanswered(kinds)
         ),
         markers={name: _marker(beam, functions, end, X, strain != "linear") for end, name in enumerate(("root", "tip"))}
         | patch_markers,

@@ -18,7 +18,7 @@ from femflex.reduction.boundary.rigid import check_no_rigid_motion, rigid_shapes
 from femflex.reduction.inertia.mass_matrix import Distribution, matrix_moments, nodal_mass
 from femflex.reduction.inertia.moments import linear_stiffness
 from femflex.reduction.limits import LUMPED_MASS_ERROR
-from femflex.reduction.modes.damping import Damping, ModalDamping, is_added, is_unanswered
+from femflex.reduction.modes.damping import Damping, is_added, is_unanswered
 from femflex.reduction.modes.vibration import ModeSet
 from femflex.reduction.reduce import dof_weight, skin_of
 from femflex.warning import PhysicsWarning
@@ -110,7 +110,7 @@ def _damping(structure: MatrixStructure, modes: ModeSet, damping: Damping | None
     if damping is None and structure.D is not None:
         D = modes.phi.T @ (structure.D @ modes.phi)
         return np.asarray((D + D.T) / 2)
-    return (damping or ModalDamping(0.0)).matrix(Me, V1, is_added(modes.kinds), is_unanswered(modes.kinds))
+    return (damping or Damping(ratio=0.0)).matrix(Me, V1, is_added(modes.kinds), is_unanswered(modes.kinds))
 
 
 def body_from_matrices(

@@ -1,8 +1,8 @@
-"""Damping, admissible functions and preload of a body, as a case describes them."""
+"""Admissible functions and preload of a body, as a case describes them."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field, StrictBool, model_validator
@@ -18,53 +18,8 @@ from femflex.noun.values import (
     Rate,
     Rates,
     Vector,
-    _Readable,
 )
-from femflex.reduction.modes.damping import ModalDamping, RayleighDamping
 from femflex.reduction.preload.loads import Preload
-
-
-class _Ratio(_Readable):
-    """One damping ratio, or one per mode."""
-
-    scalar, vector = Quantity("", least=0.0, below=1.0), Quantity("", (None,), least=0.0, below=1.0)
-
-    def read_value(self, value: Any) -> Any:
-        """A float or a tuple of them."""
-        return (self.vector if isinstance(value, list) else self.scalar).read_value(value)
-
-    def json_schema(self) -> dict[str, Any]:
-        """JSON Schema of both forms."""
-        return {"anyOf": [self.scalar.json_schema(), self.vector.json_schema()]}
-
-
-class DampingTable(Table):
-    """Elastic damping: a fraction of critical damping, or Rayleigh's two numbers."""
-
-    ratio: Annotated[float | tuple[float, ...] | None, _Ratio()] = None
-    """Fraction of critical damping of the vibration modes at rest: one number, or one per mode; 0.005 is 0.5 %."""
-    mass: Annotated[float, Quantity("1/s", least=0.0)] | None = None
-    """Mass-proportional coefficient alpha of Rayleigh damping, D = alpha M + beta K."""
-    stiffness: Annotated[float, Quantity("s", least=0.0)] | None = None
-    """Stiffness-proportional coefficient beta of Rayleigh damping, D = alpha M + beta K."""
-
-    @model_validator(mode="after")
-    def _ratio_or_rayleigh(self) -> DampingTable:
-        rayleigh = self.mass is not None or self.stiffness is not None
-        if (self.ratio is not None) == rayleigh:
-            refuse(
-                "found "
-                + ("ratio together with mass or stiffness" if rayleigh else "no damping")
-                + "; give ratio, or mass and stiffness"
-            )
-        return self
-
-    @property
-    def model(self) -> ModalDamping | RayleighDamping:
-        """The damping model."""
-        if self.ratio is not None:
-            return ModalDamping(self.ratio)
-        return RayleighDamping(self.mass or 0.0, self.stiffness or 0.0)
 
 
 class FunctionsTable(Table):

@@ -25,7 +25,7 @@ from femflex.reduction.inertia.moments import linear_stiffness, mass_moments, ma
 from femflex.reduction.inertia.orders import first_order_part, membrane_cubic
 from femflex.reduction.large_deflection.derivatives import with_derivatives
 from femflex.reduction.large_deflection.foreshortening import foreshortening
-from femflex.reduction.modes.damping import UNANSWERED, Damping, ModalDamping, bending_damping, is_added, is_unanswered
+from femflex.reduction.modes.damping import UNANSWERED, Damping, bending_damping, is_added, is_unanswered
 from femflex.reduction.modes.nodal import is_lumped
 from femflex.reduction.modes.vibration import ModeSet, cantilever_modes, free_free_modes
 from femflex.reduction.preload.equilibrium import is_preloaded
@@ -57,7 +57,7 @@ def reduce_structure(
     """The FlexibleBody of a structure that moves in these shapes; the body frame is the mesh's coordinates.
 
     markers: name -> mesh group; the set's own groups (clamps, interfaces) are markers under their own names.
-    damping: ModalDamping or RayleighDamping; none when left out.
+    damping: a Damping; none when left out.
     strain: "nonlinear" keeps the cubic and quartic tensors too; its set needs shapes that can stretch
     (`with_derivatives`; `stretching` checks it); "condensed" makes the set's derivatives dependent (`condense`), but
     those that are slower than their excitation, which stay coordinates (`dependent_derivatives`).
@@ -88,7 +88,7 @@ def reduce_structure(
         moments=moments,
         strain=_strain_tensors(structure, phi, V1, strain),
         damping=bending_damping(
-            damping or ModalDamping(0.0),
+            damping or Damping(ratio=0.0),
             moments.elastic_mass(),
             V1,
             damped,
@@ -270,7 +270,7 @@ def flexible_body(
              fixed ("x", "y", "z", "rx", "ry", "rz"); none: free-free modes
     modes    number of vibration modes
     markers  places for joints, loads and sensors: names of groups of the mesh, or marker -> group
-    damping  ratio of critical of every mode, or a ModalDamping or RayleighDamping
+    damping  ratio of critical of every mode, or a Damping
     strain   "linear", "condensed" (with the foreshortening and stiffening of bending), or "nonlinear" (stretch in
              coordinates of its own)
 
@@ -283,5 +283,5 @@ def flexible_body(
     if strain != "linear":
         shapes = with_derivatives(structure, shapes)
     places = dict(markers) if isinstance(markers, Mapping) else {group: group for group in markers}
-    how = ModalDamping(damping) if isinstance(damping, int | float) else damping
+    how = Damping(ratio=damping) if isinstance(damping, int | float) else damping
     return reduce_structure(structure, shapes, places, how, strain)

@@ -21,7 +21,7 @@ from femflex.dynamics.linear.equilibrium import equilibrium
 from femflex.dynamics.linear.increments import advanced
 from femflex.dynamics.linear.system_modes import modes_about
 from femflex.effectors import block, low_pass, pd
-from femflex.reduction import BeamFunctions, ModalDamping, UniformBeam, beam_body
+from femflex.reduction import BeamFunctions, Damping, UniformBeam, beam_body
 from femflex.studies.linear import linear_model, poles_of
 from femflex.system import System, free, weld, with_attached
 
@@ -73,7 +73,7 @@ def test_wheel_with_controller_has_closed_loop_poles(damping):
 
 def test_poles_with_beam_and_controller_are_those_of_state_matrix():
     shape = UniformBeam(3.0, 0.4, 1e5, 60.0, 90.0, 40.0)
-    beam = beam_body(shape, BeamFunctions(y=2, z=0, axial=0, torsion=0), damping=ModalDamping(0.02))
+    beam = beam_body(shape, BeamFunctions(y=2, z=0, axial=0, torsion=0), damping=Damping(0.02))
     system = controlled(beam=beam)
     rest = equilibrium(system)
     whole = linear_model(system, [], []).eigenvalues()

@@ -26,7 +26,7 @@ from femflex.matrices import (
     write_matrices,
 )
 from femflex.mesh.generators import rectangle
-from femflex.reduction import ModalDamping, cantilever_modes, craig_bampton, free_free_modes, reduce_structure
+from femflex.reduction import Damping, cantilever_modes, craig_bampton, free_free_modes, reduce_structure
 
 IDS = np.array([12, 5, 40])
 POINTS = np.array([[0.1, 0.2, 0.3], [1.1, -0.4, 0.5], [0.7, 2.0, -0.6]])
@@ -236,7 +236,7 @@ def test_pyyeti_accepts_the_craig_bampton_model(reduced):
 
 def test_damping_of_a_craig_bampton_model(tmp_path):
     s = boom()
-    reduced = reduce_structure(s, craig_bampton(s, ["root", "tip"], 4), damping=ModalDamping(0.01))
+    reduced = reduce_structure(s, craig_bampton(s, ["root", "tip"], 4), damping=Damping(0.01))
     model = craig_bampton_model(reduced, ["root", "tip"])
     back = matrix_body(read_matrices(write_matrices(model, tmp_path / "boom.npz")), markers={"tip": "tip"}).body
     reference = np.diag(reduced.damping) / (2 * reduced.omega)

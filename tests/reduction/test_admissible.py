@@ -11,7 +11,7 @@ from femflex.fem.sections import StiffnessSection
 from femflex.mesh.generators import line
 from femflex.reduction import (
     BeamFunctions,
-    ModalDamping,
+    Damping,
     Taper,
     TaperedBeam,
     UniformBeam,
@@ -147,7 +147,7 @@ def displaced(functions, offsets, X, xi=XI_QUADRATURE):
 def test_moments_stiffness_markers_and_skin_are_integrals_over_the_beam(rotary, family):
     beam = beam_of(rotary_inertia=rotary, radius=0.11)
     functions = BeamFunctions(y=2, z=1, axial=1, torsion=2, family=family)
-    body = beam_body(beam, functions, ModalDamping(0.02))
+    body = beam_body(beam, functions, Damping(0.02))
     bare = beam_body(beam, functions, orthonormal=False)
     offsets, share = points_of(beam)
     dm = (W * 0.8 * L * TAPER.mass(XI_QUADRATURE))[:, None] * share

@@ -10,8 +10,7 @@ from femflex.fem import Member, build_structure
 from femflex.fem.sections import StiffnessSection
 from femflex.mesh.generators import line
 from femflex.reduction import (
-    ModalDamping,
-    RayleighDamping,
+    Damping,
     cantilever_modes,
     craig_bampton,
     free_free_modes,
@@ -51,7 +50,7 @@ def test_added_shapes_do_not_change_the_damping_of_the_modes(make, directions, r
     modes = make(structure)
     n = modes.n_modes
     given = np.linspace(0.01, 0.02, n) if ratio == "each" else np.full(n, ratio)
-    damping = ModalDamping(given if ratio == "each" else ratio)
+    damping = Damping(given if ratio == "each" else ratio)
     more = with_attachment(structure, modes, directions, {"end": ("y", "z", "ry", "rz")})
     assert more.n_modes > n
     body = reduce_structure(structure, more, damping=damping)
@@ -81,7 +80,7 @@ def test_damping_of_twist_by_tip_body_matches_many_modes(strain):
         modes = with_attachment(structure, cantilever_modes(structure, "start", n), (), {"end": ("y", "z", "rx")})
         if form != "linear":
             modes = with_derivatives(structure, modes)
-        body = reduce_structure(structure, modes, {"tip": "end"}, ModalDamping(ZETA), form).without_slaves()
+        body = reduce_structure(structure, modes, {"tip": "end"}, Damping(ZETA), form).without_slaves()
         turn = body.markers["tip"].psi[0]
         M = body.moments.elastic_mass() + J * np.outer(turn, turn)
         squares, X = eigh(body.strain.V1, M)
@@ -98,5 +97,5 @@ def test_damping_of_twist_by_tip_body_matches_many_modes(strain):
 def test_rayleigh_damping_is_that_of_all_shapes():
     structure = boom()
     more = with_attachment(structure, cantilever_modes(structure, "start", 2), ("y", "z"))
-    body = reduce_structure(structure, more, damping=RayleighDamping(0.1, 1e-3))
+    body = reduce_structure(structure, more, damping=Damping(mass=0.1, stiffness=1e-3))
     np.testing.assert_allclose(body.damping, 0.1 * np.eye(4) + 1e-3 * body.strain.V1, atol=1e-6)

@@ -9,8 +9,7 @@ import pytest
 from support.reduction_examples import bent_boom, frame, slender_beam
 
 from femflex.reduction import (
-    ModalDamping,
-    RayleighDamping,
+    Damping,
     cantilever_modes,
     reduce_structure,
     rigid_set,
@@ -77,14 +76,14 @@ def test_marker_on_line_of_nodes_uses_nodal_rotation():
 def test_modal_damping_is_two_zeta_omega(boom):
     modes = cantilever_modes(boom, "start", 4)
     ratios = [0.01, 0.02, 0.03, 0.04]
-    one, each = (reduce_structure(boom, modes, damping=ModalDamping(z)).damping for z in (0.005, ratios))
+    one, each = (reduce_structure(boom, modes, damping=Damping(z)).damping for z in (0.005, ratios))
     assert one == pytest.approx(np.diag(2 * 0.005 * modes.omega), abs=1e-9 * modes.omega[-1])
     assert each == pytest.approx(np.diag(2 * np.array(ratios) * modes.omega), abs=1e-9 * modes.omega[-1])
 
 
 def test_rayleigh_damping_is_in_proportion_to_mass_and_stiffness(boom):
     modes = cantilever_modes(boom, "start", 3)
-    D = reduce_structure(boom, modes, damping=RayleighDamping(0.1, 1e-4)).damping
+    D = reduce_structure(boom, modes, damping=Damping(mass=0.1, stiffness=1e-4)).damping
     assert np.diag(D) == pytest.approx(0.1 + 1e-4 * modes.omega**2)
 
 

@@ -9,15 +9,13 @@ import pytest
 from support.reduction_examples import bent_boom
 
 from femflex.body import Marker, StrainTensors, rigid_body
-from femflex.reduction import ModalDamping, cantilever_modes, load_body, reduce_structure, save_body
+from femflex.reduction import Damping, cantilever_modes, load_body, reduce_structure, save_body
 
 
 @pytest.fixture(scope="module")
 def body():
     structure = bent_boom()
-    made = reduce_structure(
-        structure, cantilever_modes(structure, "start", 4), {"b/c %2F.x": "end"}, ModalDamping(0.01)
-    )
+    made = reduce_structure(structure, cantilever_modes(structure, "start", 4), {"b/c %2F.x": "end"}, Damping(0.01))
     turned = Marker(np.ones(3), np.ones((3, 4)), np.zeros((3, 4)), np.eye(3)[[1, 2, 0]])
     omega = made.omega.copy()
     omega[2] = np.nan

@@ -16,7 +16,7 @@ from support.mechanisms import four_bar
 from femflex.body import Marker, rigid_body
 from femflex.case.read import parse_case
 from femflex.dynamics import compile_system
-from femflex.reduction import BeamFunctions, ModalDamping, UniformBeam, beam_body
+from femflex.reduction import BeamFunctions, Damping, UniformBeam, beam_body
 from femflex.studies.linear import (
     linear_model,
     poles_of,
@@ -59,7 +59,7 @@ def test_zeros_are_the_frequencies_of_the_clamped_beam():
 def swinging(strength: float = 0.0) -> System:
     """A hinged arm with a beam under gravity, off its lowest place by a torque, and damped; the hinge rides a slide."""
     arm = rigid_body(1.0, np.diag([0.1, 0.2, 0.2]), [0.3, 0, 0], {"end": Marker.at([0.6, 0.0, 0.0])})
-    beam = beam_body(BEAM, BeamFunctions(y=2, z=0, axial=0, torsion=0), damping=ModalDamping(0.02))
+    beam = beam_body(BEAM, BeamFunctions(y=2, z=0, axial=0, torsion=0), damping=Damping(0.02))
     return System(
         {"base": rigid_body(1.0, np.eye(3)), "arm": arm, "beam": beam},
         (

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system
-from femflex.reduction import BeamFunctions, ModalDamping, UniformBeam, beam_body
+from femflex.reduction import BeamFunctions, Damping, UniformBeam, beam_body
 from femflex.system import System, free, weld
 
 
@@ -23,7 +23,7 @@ def random_craft(seed: int, driven: bool = False, damping: float = 0.0):
         seats[f"seat{k}"] = Marker.at(0.4 * along, np.column_stack([along, up, np.cross(along, up)]))
         EIy, EIz = rng.uniform(20, 200, 2)
         beam = UniformBeam(rng.uniform(1.5, 3), 1e5, EIy, EIz, rng.uniform(5, 50), rng.uniform(0.3, 1.0), 0.05, 0.04)
-        ratio = ModalDamping(damping) if damping else None
+        ratio = Damping(damping) if damping else None
         functions = BeamFunctions(y=3, z=3, torsion=1, family="polynomial")
         booms[f"boom{k}"] = beam_body(beam, functions, ratio, strain="condensed")
         joints.append(weld(f"boom{k}", "hub", parent_marker=f"seat{k}", child_marker="root"))

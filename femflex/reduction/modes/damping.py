@@ -3,28 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Protocol
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import model_validator
 
 from femflex.arrays import Array, BoolArray
 from femflex.fem.eigen.modes import dense_modes
-
-
-class Damping(Protocol):
-    """A damping model: it computes the damping matrix from elastic mass and stiffness."""
-
-    def matrix(
-        self, Me: Array, V1: Array, added: ArrayLike | None = None, unanswered: ArrayLike | None = None
-    ) -> Array:
-        """The damping matrix (n, n) [1/s].
-
-        added (n,): whether each shape is added to the vibration modes (default: none)
-        unanswered (n,): whether each of these is the static shape of loads that do no work on the modes
-        """
-
+from femflex.noun.table import Table, refuse
+from femflex.noun.values import Quantity, _Readable
 
 UNANSWERED = "unanswered attachment"  # static shape of loads that do no work on the modes
 ADDED = ("attachment", UNANSWERED, "response", "third derivative")  # kinds of shapes that are added to vibration modes
@@ -64,37 +52,67 @@ def bending_damping(
     return D
 
 
-@dataclass(frozen=True, eq=False)
-class ModalDamping:
-    """Fraction of critical damping of the body's vibration modes at rest: one number, or one per mode, ascending.
+class Ratio(_Readable):
+    """One damping ratio, or one per mode."""
 
-    The modes are those of the body confined to its vibration shapes, V1 X = Me X diag(omega^2): without the static
-    shapes added to them and, with nonlinear strain, without derivatives (`bending_damping`). With P = Me X,
+    scalar, vector = Quantity("", least=0.0, below=1.0), Quantity("", (None,), least=0.0, below=1.0)
 
-        D = P diag(2 zeta omega) P^T + 2 zeta_1 omega_1 (Me - P P^T)
+    def read_value(self, value: Any) -> Any:
+        """A float or a tuple of them."""
+        return (self.vector if isinstance(value, list | tuple) else self.scalar).read_value(value)
 
-    The part of added shapes outside the modes is damped at the rate of the first mode. These shapes stand for modes
-    that are not in the set, are stiffer than these, and respond quasi-statically: the ratio at their own frequency
-    would damp slow motions (a wire boom at 20 rpm by 3.8 % instead of 0.6 %), and without damping they would vibrate
-    for ever. Static shapes of loads that do no work on the modes (twist by a payload, in a set of bending modes) are
-    damped at their own frequency instead: no mode damps the response to these loads, and many modes approach this
-    limit.
-    With as many ratios as shapes, added ones among them, each of the modes of all shapes has its own.
-    """
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of both forms."""
+        return {"anyOf": [self.scalar.json_schema(), self.vector.json_schema()]}
 
-    ratio: ArrayLike
 
-    def __post_init__(self) -> None:
-        ratio = np.asarray(self.ratio, float)
-        if not (np.isfinite(ratio).all() and (ratio >= 0).all()):
-            raise ValueError(
-                f"damping ratio is {ratio.tolist()}; it must be zero or positive, and finite (0.005 is half a percent)."
+class Damping(Table):
+    """Elastic damping: a fraction of critical damping, or Rayleigh's two numbers."""
+
+    ratio: Annotated[float | tuple[float, ...] | None, Ratio()] = None
+    """Fraction of critical damping of the vibration modes at rest: one number, or one per mode; 0.005 is 0.5 %."""
+    mass: Annotated[float, Quantity("1/s", least=0.0)] | None = None
+    """Mass-proportional coefficient alpha of Rayleigh damping, D = alpha M + beta K."""
+    stiffness: Annotated[float, Quantity("s", least=0.0)] | None = None
+    """Stiffness-proportional coefficient beta of Rayleigh damping, D = alpha M + beta K."""
+
+    @model_validator(mode="after")
+    def _ratio_or_rayleigh(self) -> Damping:
+        rayleigh = self.mass is not None or self.stiffness is not None
+        if (self.ratio is not None) == rayleigh:
+            refuse(
+                "found "
+                + ("ratio together with mass or stiffness" if rayleigh else "no damping")
+                + "; give ratio, or mass and stiffness"
             )
+        return self
 
     def matrix(
         self, Me: Array, V1: Array, added: ArrayLike | None = None, unanswered: ArrayLike | None = None
     ) -> Array:
-        """Damping matrix (n, n) [1/s], see Damping. Raises ValueError without one ratio, or one per mode."""
+        """The damping matrix (n, n) [1/s] from elastic mass and stiffness (n, n).
+
+        added (n,): whether each shape is added to the vibration modes (default: none)
+        unanswered (n,): whether each of these is the static shape of loads that do no work on the modes
+
+        Modes with a ratio are those of the body confined to its vibration shapes, V1 X = Me X diag(omega^2): without
+        the static shapes added to them and, with nonlinear strain, without derivatives (`bending_damping`). With P = Me
+        X,
+
+            D = P diag(2 zeta omega) P^T + 2 zeta_1 omega_1 (Me - P P^T)
+
+        The part of added shapes outside the modes is damped at the rate of the first mode. These shapes stand for modes
+        that are not in the set, are stiffer than these, and respond quasi-statically: the ratio at their own frequency
+        would damp slow motions (a wire boom at 20 rpm by 3.8 % instead of 0.6 %), and without damping they would
+        vibrate for ever. Static shapes of loads that do no work on the modes (twist by a payload, in a set of bending
+        modes) are damped at their own frequency instead: no mode damps the response to these loads, and many modes
+        approach this limit. With as many ratios as shapes, added ones among them, each of the modes of all shapes has
+        its own.
+
+        Raises ValueError without one ratio, or one per mode.
+        """
+        if self.ratio is None:
+            return (self.mass or 0.0) * Me + (self.stiffness or 0.0) * V1
         n = len(Me)
         ratio: Array = np.asarray(self.ratio, float)
         extra = np.zeros(n, bool) if added is None else np.asarray(added, bool)
@@ -115,23 +133,3 @@ class ModalDamping:
             mass = np.diag(Me)[k]
             D[k, k] += 2 * np.ravel(ratio)[0] * np.sqrt(mass * np.diag(V1)[k]) - rate[0] * mass
         return (D + D.T) / 2
-
-
-@dataclass(frozen=True)
-class RayleighDamping:
-    """Damping in proportion to mass and stiffness, D = alpha Me + beta V1 (alpha [1/s], beta [s])."""
-
-    alpha: float = 0.0
-    beta: float = 0.0
-
-    def __post_init__(self) -> None:
-        if not (np.isfinite([self.alpha, self.beta]).all() and self.alpha >= 0 and self.beta >= 0):
-            raise ValueError(
-                f"Rayleigh damping has alpha = {self.alpha}, beta = {self.beta}; both must be zero or positive."
-            )
-
-    def matrix(
-        self, Me: Array, V1: Array, added: ArrayLike | None = None, unanswered: ArrayLike | None = None
-    ) -> Array:
-        """Damping matrix (n, n) [1/s], see Damping; the same on all shapes."""
-        return self.alpha * Me + self.beta * V1
