@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from femflex.assembly.structures import members_of, point_masses_of
+from femflex.assembly.structures import members_of
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
 from femflex.fem import Structure, cut_into_segments
@@ -50,7 +50,7 @@ def build_segments(
     count = segments or member.segments
     assert count is not None
     try:
-        pieces = cut_into_segments(mesh, members, count, member.group, point_masses_of(table), start_group)
+        pieces = cut_into_segments(mesh, members, count, member.group, table.point_masses, start_group)
     except ValueError as error:
         where = f"bodies.{name}.members[{member.group}].segments"
         raise CaseError(case.path.name, [Problem(where, str(error))]) from error

@@ -19,7 +19,6 @@ from femflex.fem import (
     FAMILIES,
     Bushing,
     Member,
-    PointMass,
     ScalarSpring,
     Structure,
     build_structure,
@@ -91,7 +90,7 @@ def build_structure_of(case: Case, name: str, table: FlexibleTable, mesh: Mesh) 
     """The Structure of a body's members and point masses on its mesh, its dofs laid along the axes of its clamps."""
     deck, table = deck_of(case, name, table), with_deck(case, name, table)
     supports = getattr(table.reduction, "clamp", {})
-    members, masses = members_of(case, name, table), point_masses_of(table)
+    members, masses = members_of(case, name, table), table.point_masses
     springs: list[Bushing | ScalarSpring] = [*table.bushings]
     if deck is None:
         return build_structure(mesh, members, masses, supports, connections_of(table), springs)
@@ -118,11 +117,6 @@ def default_options(table: FlexibleTable) -> dict[str, bool]:
     Members of a body in one piece with nonlinear strain get `bounded_energy`, for large deflections.
     """
     return {"bounded_energy": True} if table.strain == "nonlinear" and table.segmented_member is None else {}
-
-
-def point_masses_of(table: FlexibleTable) -> list[PointMass]:
-    """The point masses of a body."""
-    return [PointMass(m.group, m.mass, m.inertia, m.offset) for m in table.point_masses]
 
 
 def connections_of(table: FlexibleTable) -> list[Connection]:

@@ -14,6 +14,7 @@ from femflex.case.options import add_options, read_options
 from femflex.case.shape import Shape
 from femflex.fem.bushing import Bushing
 from femflex.fem.connections import Distributing, Equation, Rigid
+from femflex.fem.point_mass import PointMass
 from femflex.noun.inertia import InertiaMatrix
 from femflex.noun.table import Name, Table, exactly_one, refuse
 from femflex.noun.values import Count, Mass, Position, Quantity, Whole
@@ -101,19 +102,6 @@ class MemberTable(Table):
         return read_options(info.data.get("family", ""), options)
 
 
-class PointMassTable(Table):
-    """A concentrated mass at every point of a mesh group."""
-
-    group: str
-    """Mesh group; every point of it gets the mass."""
-    mass: Mass
-    """Mass at each point."""
-    inertia: InertiaMatrix | None = None
-    """Moments of inertia about the mass's own centre, in body axes. Default: none."""
-    offset: Position = (0.0, 0.0, 0.0)
-    """Position of the mass's centre relative to the node."""
-
-
 class RegionTable(Table):
     """A group of the mesh by place or number."""
 
@@ -157,7 +145,7 @@ class FlexibleTable(BodyTable):
     members: list[MemberTable] = Field(default_factory=list)
     """Mesh groups that become structure, each with family, section and material. Of a deck those alone that replace its
     own elements."""
-    point_masses: list[PointMassTable] = Field(default_factory=list)
+    point_masses: list[PointMass] = Field(default_factory=list)
     """Concentrated masses at mesh points."""
     connections: list[Connection] = Field(default_factory=list)
     """Rigid and distributing interfaces between members, and equations of displacements."""

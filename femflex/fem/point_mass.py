@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
+from pydantic import SkipValidation
 
 from femflex.arrays import Array
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.tables import DenseInertia
+from femflex.noun.inertia import InertiaMatrix
+from femflex.noun.table import Table
+from femflex.noun.values import Mass, Matrix, Position, Vector
 
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
@@ -19,38 +21,33 @@ if TYPE_CHECKING:
 ROUNDED = 1e-3  # relative error of the triangle inequality that the few digits of decks may cause
 
 
-@dataclass(frozen=True, eq=False)
-class PointMass:
-    """A concentrated mass at every point of a mesh group, rigidly attached to the node.
-
-    group    point group (or cell group: all its nodes); each of its points carries the whole mass
-    mass     [kg], positive
-    inertia  (3, 3) about the mass's own centre, mesh axes [kg m^2]; None: a point without inertia
-    offset   (3,) the mass's centre from the node [m]
-    physical  whether the inertia must be one that a body can have; decks may leave out axes (`check_inertia`)
-    """
+class PointMass(Table):
+    """A concentrated mass at every point of a mesh group."""
 
     group: str
-    mass: float
-    inertia: ArrayLike | None = None
-    offset: ArrayLike = (0.0, 0.0, 0.0)
-    physical: bool = True
-
-    def __post_init__(self) -> None:
-        if not (np.isfinite(self.mass) and self.mass > 0):
-            raise ValueError(f"point mass at group {self.group!r} is {self.mass} kg; a mass is positive and finite")
-        if np.shape(self.offset) != (3,) or not np.isfinite(self.offset).all():
-            raise ValueError(f"offset of the point mass at group {self.group!r} is {self.offset}; give three lengths")
-        if self.inertia is not None:
-            where = f"inertia of the point mass at group {self.group!r}"
-            check_inertia(np.asarray(self.inertia, float), where, self.physical)
+    """Mesh group; every point of it gets the mass."""
+    mass: Mass
+    """Mass at each point."""
+    inertia: InertiaMatrix | None = None
+    """Moments of inertia about the mass's own centre, in body axes. Default: none."""
+    offset: Position = (0.0, 0.0, 0.0)
+    """Position of the mass's centre relative to the node."""
 
 
-def check_inertia(inertia: Array, where: str, physical: bool = False) -> None:
+class DeckMass(PointMass):
+    """A concentrated mass of a deck; its inertia may leave out axes, and is checked where it is read."""
+
+    inertia: SkipValidation[Matrix | None] = None
+    """Moments of inertia about the mass's own centre, mesh axes."""
+    offset: SkipValidation[Vector] = (0.0, 0.0, 0.0)
+    """Position of the mass's centre relative to the node."""
+
+
+def check_inertia(inertia: Array, where: str) -> None:
     """Raise ValueError, which begins with `where`, unless inertia (3, 3) [kg m^2] is one of a distribution of mass.
 
-    Unless it must be physical, it may leave out the inertia about one or two axes, as decks do for rotations that do
-    not matter, and be rounded to the few digits of a deck.
+    It may leave out the inertia about one or two axes, as decks do for rotations that do not matter, and be rounded to
+    the few digits of a deck.
     """
     if inertia.shape != (3, 3) or not np.isfinite(inertia).all():
         raise ValueError(f"{where} is {inertia.tolist()}; give a 3 x 3 matrix of finite numbers")
@@ -58,10 +55,9 @@ def check_inertia(inertia: Array, where: str, physical: bool = False) -> None:
         raise ValueError(f"{where} is not symmetric: {inertia.tolist()}")
     principal = np.linalg.eigvalsh(inertia)
     largest, moments = np.abs(principal).max(), ", ".join(f"{moment:.6g}" for moment in principal)
-    if principal[0] < -(1e-9 if physical else 1e-6) * largest:
+    if principal[0] < -1e-6 * largest:
         raise ValueError(f"{where} has a negative principal moment among {moments} kg m^2; check the signs")
-    complete = physical or principal[0] > 1e-6 * largest
-    if complete and principal[0] + principal[1] < principal[2] - (1e-9 if physical else ROUNDED) * largest:
+    if principal[0] > 1e-6 * largest and principal[0] + principal[1] < principal[2] - ROUNDED * largest:
         raise ValueError(
             f"{where} breaks the triangle inequality: of its principal moments {moments} kg m^2 the two smaller must "
             "sum to at least the largest. Check entries and units"

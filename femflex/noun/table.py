@@ -37,7 +37,8 @@ class _Checked(ModelMetaclass):
             from femflex.noun.sentences import schema_problems
 
             problems = schema_problems(cls, keys, error)  # type: ignore[arg-type]
-            label = f"{cls.__name__} {keys['name']!r}" if isinstance(keys.get("name"), str) else cls.__name__
+            named = [repr(keys[key]) for key in ("name", "group") if isinstance(keys.get(key), str)]
+            label = " ".join([cls.__name__, *named[:1]])
             text = "\n".join(f"{label}: {problem}" for problem in problems)
         raise ValueError(text)
 

@@ -7,9 +7,8 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.decks.abaqus.model import AbaqusModel, location_of
 from femflex.decks.abaqus.sections import SectionInputs
-from femflex.fem import PointMass
 from femflex.fem.bushing import spring
-from femflex.fem.point_mass import check_inertia
+from femflex.fem.point_mass import DeckMass, check_inertia
 from femflex.mesh.formats.abaqus_flat import Element, InstanceKeyword
 
 NO_MASS = 1e-9  # kg, given to inertias without mass
@@ -76,7 +75,7 @@ def finish_masses(model: AbaqusModel) -> None:
             continue
         else:
             inertia = None
-        model.point_masses.append(PointMass(model.group(node), max(mass, NO_MASS), inertia, physical=False))
+        model.point_masses.append(DeckMass(group=model.group(node), mass=max(mass, NO_MASS), inertia=inertia))
 
 
 def read_springs(model: AbaqusModel, inputs: SectionInputs) -> None:

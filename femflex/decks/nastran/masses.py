@@ -7,8 +7,8 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.model import NastranModel
-from femflex.fem import MultiPointConstraint, PointMass
-from femflex.fem.point_mass import check_inertia
+from femflex.fem import MultiPointConstraint
+from femflex.fem.point_mass import DeckMass, check_inertia
 from femflex.fem.support import COMPONENTS
 
 NO_MASS = 1e-6  # mass given to an inertia without mass, relative to the total mass
@@ -159,7 +159,7 @@ def _add_along(model: NastranModel, grid: int, component: int, mass: float, card
     matrix[component - 1, :3] = axes[component - 1]
     rows = tuple(map(tuple, np.asarray(axes).tolist()))
     model.connections.append(MultiPointConstraint(name, COMPONENTS[:3], (model.group(grid),), matrix, rows, str(card)))
-    model.point_masses.append(PointMass(name, mass))
+    model.point_masses.append(DeckMass(group=name, mass=mass))
     model.required.add(grid)
     model.bulk.findings.note(
         f"the mass of {card} moves in component {component} of grid {grid}; in the other directions it is fixed "
@@ -178,13 +178,11 @@ def finish_masses(model: NastranModel, total: float) -> None:
                 "its grid has no rotation (solids, rods): its mass acts at the grid", card.location,
             )  # fmt: skip
             inertia, offset = None, np.zeros(3)
-        model.point_masses.append(
-            PointMass(model.group(grid), mass, inertia, tuple(float(c) for c in offset), physical=False)
-        )
+        model.point_masses.append(DeckMass(group=model.group(grid), mass=mass, inertia=inertia, offset=tuple(offset)))
     for grid, inertia, card in model.inertias:
         if grid not in model.turning:
             findings.unused(f"{card.name} inertia", "its grid has no rotation; the inertia is left out", card.location)
             continue
         substitute_mass = NO_MASS * max(total, 1e-9)
         findings.note(f"{card} has an inertia and no mass; it gets {substitute_mass:.3g} kg")
-        model.point_masses.append(PointMass(model.group(grid), substitute_mass, inertia, physical=False))
+        model.point_masses.append(DeckMass(group=model.group(grid), mass=substitute_mass, inertia=inertia))

@@ -215,5 +215,5 @@ def _masses(
             )
         if (points_here := points[attachments.nodes[points] == j]).size:
             groups[f".mass {i}"] = points_here
-            masses.append(replace(mass, group=f".mass {i}"))
+            masses.append(mass.model_copy(update={"group": f".mass {i}"}))
     return tuple(masses), groups
