@@ -8,8 +8,9 @@ from collections.abc import Iterator
 from femflex.case.body import AnalyticTable, FileTable, FlexibleTable, RigidTable
 from femflex.case.case import Case
 from femflex.case.matrices import MatricesTable
+from femflex.fem.sections.laminates import Lamina
 from femflex.fem.sections.materials import Material
-from femflex.fem.sections.named import CoreMaterial, LayupTable, OrthotropicMaterial, SandwichTable
+from femflex.fem.sections.named import CoreMaterial, LayupTable, SandwichTable
 from femflex.warning import PhysicsWarning
 
 LOWEST = 80e3  # m; drag ends an orbit below within a revolution
@@ -56,7 +57,7 @@ def _materials(case: Case) -> Iterator[str]:
             )
         keys = {
             Material: ("E", "G"),
-            OrthotropicMaterial: ("E1", "E2", "G12", "G13", "G23"),
+            Lamina: ("E1", "E2", "G12", "G13", "G23"),
             CoreMaterial: ("G13", "G23"),
         }
         for key in keys[type(material)]:

@@ -65,14 +65,14 @@ class Elastic:
         v = self.values
         if self.kind == "ISOTROPIC":
             return Lamina.isotropic(Material(E=v["E"], nu=v["nu"], density=v["density"]))
-        if self.kind == "LAMINA":
-            return Lamina(v["E1"], v["E2"], v["G12"], v["nu12"], v["density"], v["G13"] or None, v["G23"] or None)
-        if self.kind == "ENGINEERING CONSTANTS":
-            return Lamina(v["E1"], v["E2"], v["G12"], v["nu12"], v["density"], v["G13"], v["G23"])
+        if self.kind in ("LAMINA", "ENGINEERING CONSTANTS"):
+            shear = {key: v[key] or v["G12"] for key in ("G13", "G23")}
+            return Lamina(**{key: v[key] for key in ("E1", "E2", "G12", "nu12", "density")}, **shear)
         assert self.matrix is not None
         S = np.linalg.inv(self.matrix)  # order 11, 22, 33, 23, 13, 12
         E1, E2 = 1 / S[0, 0], 1 / S[1, 1]
-        return Lamina(E1, E2, 1 / S[5, 5], -S[0, 1] * E1, v["density"], 1 / S[4, 4], 1 / S[3, 3])
+        shear = {"G12": 1 / S[5, 5], "G13": 1 / S[4, 4], "G23": 1 / S[3, 3]}
+        return Lamina(E1=E1, E2=E2, nu12=-S[0, 1] * E1, density=v["density"], **shear)
 
     def bar(self) -> tuple[float, float, float]:
         """E [Pa], G [Pa] and density for beams and trusses."""

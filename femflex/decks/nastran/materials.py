@@ -76,10 +76,10 @@ class Elastic:
         """The material as a ply. Raises ValueError if it cannot be one."""
         v = self.values
         if self.kind == 1:
-            return Lamina(v["E"], v["E"], v["G"], v["nu"], v["density"])
+            return Lamina(E1=v["E"], E2=v["E"], G12=v["G"], nu12=v["nu"], density=v["density"])
         if self.kind == 8:
             G13, G23 = np.diag(self.shear())
-            return Lamina(v["E1"], v["E2"], v["G12"], v["nu12"], v["density"], float(G13), float(G23))
+            return Lamina(**{key: v[key] for key in ("E1", "E2", "G12", "nu12", "density")}, G13=G13, G23=G23)
         raise ValueError(f"{self.card} cannot be a ply here; plies take MAT1 or MAT8")
 
     def solid(self) -> Material | Anisotropic:

@@ -9,64 +9,87 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import model_validator
 
 from femflex.arrays import Array
-from femflex.fem.sections.materials import Material
+from femflex.fem.sections.materials import Density, Material, Modulus, Orthotropic
+from femflex.noun.table import Table, refuse
+from femflex.noun.values import Plain, Quantity
+
+SoftModulus = Annotated[float, Quantity("Pa", least=0.0)]  # zero of a core that resists shear only
 
 COUPLING_TOLERANCE = 1e-9  # B relative to sqrt(A D): beyond rounding, the lay-up is not symmetric
 _GAUSS = np.polynomial.legendre.leggauss(3)  # exact for the quartic energy of quadratic shear stresses
 
 
-@dataclass(frozen=True)
-class Lamina:
-    """An orthotropic material in plane stress, axes 1 and 2 in the plane.
+class Lamina(Table):
+    """A material with axes of its own: of plies, with axes 1 and 2 in the plane, or of solids."""
 
-    E1, E2    Young's moduli [N/m^2]; zero for a core that resists shear only
-    G12       in-plane shear modulus [N/m^2]
-    nu12      Poisson's ratio: pull along 1, contraction along 2
-    density   [kg/m^3]
-    G13, G23  transverse shear moduli [N/m^2]; G12 when not given
-    """
+    kind: Literal["orthotropic"] = "orthotropic"
+    """Selects this material: orthotropic, for plies and solids."""
+    E1: SoftModulus
+    """Elastic modulus along axis 1."""
+    E2: SoftModulus
+    """Elastic modulus along axis 2."""
+    G12: SoftModulus
+    """In-plane shear modulus."""
+    nu12: Plain
+    """Poisson's ratio: contraction along 2 under tension along 1."""
+    density: Density
+    """Mass per volume."""
+    G13: Modulus = None  # type: ignore[assignment]
+    """Transverse shear modulus in the 1-3 plane. Default: G12."""
+    G23: Modulus = None  # type: ignore[assignment]
+    """Transverse shear modulus in the 2-3 plane. Default: G12."""
+    E3: Modulus | None = None
+    """Elastic modulus along axis 3, which solids need."""
+    nu13: Plain | None = None
+    """Poisson's ratio, which solids need: contraction along 3 under tension along 1."""
+    nu23: Plain | None = None
+    """Poisson's ratio, which solids need: contraction along 3 under tension along 2."""
 
-    E1: float
-    E2: float
-    G12: float
-    nu12: float
-    density: float
-    G13: float | None = None
-    G23: float | None = None
-
-    def __post_init__(self) -> None:
-        for name in ("E1", "E2", "G12", "density"):
-            _require(name, getattr(self, name), "lamina", positive=False)
+    @model_validator(mode="after")
+    def _stores_energy(self) -> Lamina:
         for name in ("G13", "G23"):
             if getattr(self, name) is None:
-                object.__setattr__(self, name, self.G12)
-            _require(name, getattr(self, name), "lamina", positive=True)
+                vars(self)[name] = self.G12
+            if not getattr(self, name) > 0.0:
+                refuse(f"found {name} = 0; a lamina has a transverse shear modulus above 0 Pa")
         if (self.E1 > 0) != (self.E2 > 0):
-            raise ValueError(
-                f"a lamina has E1 = {self.E1} and E2 = {self.E2} N/m^2; give both, or neither (a soft core)"
-            )
+            refuse(f"found E1 = {self.E1} and E2 = {self.E2} Pa; give both, or neither (a soft core)")
         if self.E1 > 0 and not self.nu12**2 < self.E1 / self.E2:
-            raise ValueError(
+            refuse(
                 f"nu12 is {self.nu12}, but a material with E1 / E2 = {self.E1 / self.E2:.6g} stores positive energy "
                 f"only while nu12^2 is smaller than that ratio"
             )
+        return self
+
+    @property
+    def solid(self) -> Orthotropic:
+        """The material of a solid. Raises ValueError without its third axis."""
+        missing = [name for name in ("E3", "nu13", "nu23") if getattr(self, name) is None]
+        if self.E3 is None or self.nu13 is None or self.nu23 is None:
+            raise ValueError(f"found an orthotropic material without {', '.join(missing)}, which solids need; add them")
+        poisson = self.nu12, self.nu13, self.nu23
+        return Orthotropic(self.E1, self.E2, self.E3, self.G12, self.G13, self.G23, *poisson, self.density)
 
     @classmethod
     def isotropic(cls, material: Material) -> Lamina:
         """The lamina of an isotropic material; a material with its own G shears with that G."""
-        return cls(material.E, material.E, material.G, material.nu, material.density)
+        E, G = material.E, material.G
+        return cls(E1=E, E2=E, G12=G, nu12=material.nu, density=material.density)
 
     @classmethod
     def core(cls, density: float, G13: float, G23: float | None = None) -> Lamina:
         """A core (honeycomb, foam) that carries transverse shear only."""
-        return cls(0.0, 0.0, 0.0, 0.0, density, G13, G13 if G23 is None else G23)
+        shears = {"G13": G13, "G23": G13 if G23 is None else G23}
+        return cls(E1=0.0, E2=0.0, G12=0.0, nu12=0.0, density=density, **shears)
 
     def plane_stress(self, angle: float) -> Array:
-        """Stiffness (3, 3) [N/m^2] between (xx, yy, xy) stresses and strains, axis 1 at angle [rad] from x."""
+        """Modulusness (3, 3) [N/m^2] between (xx, yy, xy) stresses and strains, axis 1 at angle [rad] from x."""
         Q = np.zeros((3, 3))
         if self.E1 > 0:
             nu21 = self.nu12 * self.E2 / self.E1
@@ -77,9 +100,9 @@ class Lamina:
         return R.T @ Q @ R
 
     def transverse_shear(self, angle: float) -> Array:
-        """Stiffness (2, 2) [N/m^2] between (xz, yz) stresses and strains, axis 1 at angle [rad] from x."""
+        """Modulusness (2, 2) [N/m^2] between (xz, yz) stresses and strains, axis 1 at angle [rad] from x."""
         C = _rotation(angle)
-        return C.T @ np.diag([float(self.G13 or 0.0), float(self.G23 or 0.0)]) @ C
+        return C.T @ np.diag([self.G13, self.G23]) @ C
 
 
 @dataclass(frozen=True)
@@ -98,7 +121,7 @@ class Ply:
 
 @dataclass(frozen=True, eq=False)
 class PlateSection:
-    """Stiffness and inertia of a plate per unit width and area, axes x, y in the plate.
+    """Modulusness and inertia of a plate per unit width and area, axes x, y in the plate.
 
     thickness  ()      total, as drawn [m]
     mass       ()      per unit area [kg/m^2], including non-structural mass
@@ -244,7 +267,9 @@ def orthotropic(
     G13: float | None = None, G23: float | None = None, extra_mass: float = 0.0,
 ) -> PlateSection:  # fmt: skip
     """Section of a sheet of one orthotropic material, axis 1 at angle [rad] from the section's x axis."""
-    return layup([Ply(Lamina(E1, E2, G12, nu12, density, G13, G23), thickness, angle)], extra_mass=extra_mass)
+    shear = {"G13": G12 if G13 is None else G13, "G23": G12 if G23 is None else G23}
+    lamina = Lamina(E1=E1, E2=E2, G12=G12, nu12=nu12, density=density, **shear)
+    return layup([Ply(lamina, thickness, angle)], extra_mass=extra_mass)
 
 
 def sandwich(face: Ply, core_thickness: float, core: Lamina, extra_mass: float = 0.0) -> PlateSection:

@@ -22,51 +22,9 @@ from femflex.fem.sections.library import (
 from femflex.fem.sections.materials import Density, Material, Modulus, Orthotropic
 from femflex.noun.problems import suggestion_text
 from femflex.noun.table import Table
-from femflex.noun.values import Angle, Plain, PositiveLength, Quantity
+from femflex.noun.values import Angle, PositiveLength, Quantity
 
 MassPerArea = Annotated[float, Quantity("kg/m^2", least=0.0)]
-
-
-class OrthotropicMaterial(Table):
-    """A material with axes of its own: of plies, with axes 1 and 2 in the plane, or of solids."""
-
-    kind: Literal["orthotropic"] = "orthotropic"
-    """Selects this material: orthotropic, for plies and solids."""
-    E1: Modulus
-    """Elastic modulus along axis 1."""
-    E2: Modulus
-    """Elastic modulus along axis 2."""
-    G12: Modulus
-    """In-plane shear modulus."""
-    nu12: Plain
-    """Poisson's ratio: contraction along 2 under tension along 1."""
-    density: Density
-    """Mass per volume."""
-    G13: Modulus | None = None
-    """Transverse shear modulus in the 1-3 plane. Default: G12."""
-    G23: Modulus | None = None
-    """Transverse shear modulus in the 2-3 plane. Default: G12."""
-    E3: Modulus | None = None
-    """Elastic modulus along axis 3, which solids need."""
-    nu13: Plain | None = None
-    """Poisson's ratio, which solids need: contraction along 3 under tension along 1."""
-    nu23: Plain | None = None
-    """Poisson's ratio, which solids need: contraction along 3 under tension along 2."""
-
-    @property
-    def lamina(self) -> Lamina:
-        """The material of a ply."""
-        return Lamina(self.E1, self.E2, self.G12, self.nu12, self.density, self.G13, self.G23)
-
-    @property
-    def solid(self) -> Orthotropic:
-        """The material of a solid. Raises ValueError without its third axis."""
-        missing = [name for name in ("E3", "nu13", "nu23") if getattr(self, name) is None]
-        if self.E3 is None or self.nu13 is None or self.nu23 is None:
-            raise ValueError(f"found an orthotropic material without {', '.join(missing)}, which solids need; add them")
-        G13, G23 = (self.G12 if modulus is None else modulus for modulus in (self.G13, self.G23))
-        poisson = self.nu12, self.nu13, self.nu23
-        return Orthotropic(self.E1, self.E2, self.E3, self.G12, G13, G23, *poisson, self.density)
 
 
 class CoreMaterial(Table):
@@ -86,18 +44,13 @@ class CoreMaterial(Table):
         """The material of a ply."""
         return Lamina.core(self.density, self.G13, self.G23)
 
-    @property
-    def solid(self) -> Orthotropic:
-        """Raises ValueError: a core is no material of solids."""
-        raise ValueError("found a core; solids take an isotropic or an orthotropic material")
-
 
 def _isotropic_by_default(value: Any) -> Any:
     return {"kind": "isotropic", **value} if isinstance(value, dict) else value
 
 
 NamedMaterial = Annotated[
-    Annotated[Material | OrthotropicMaterial | CoreMaterial, Field(discriminator="kind")],
+    Annotated[Material | Lamina | CoreMaterial, Field(discriminator="kind")],
     BeforeValidator(_isotropic_by_default),
 ]
 Materials = Mapping[str, NamedMaterial]
@@ -181,11 +134,13 @@ NamedSection = Annotated[BeamSection | PlateTable | SandwichTable | LayupTable, 
 
 def member_material(material: NamedMaterial) -> Material | Lamina:
     """The material of beams and plies: isotropic, or the Lamina of an orthotropic material or a core."""
-    return material if isinstance(material, Material) else material.lamina
+    return material.lamina if isinstance(material, CoreMaterial) else material
 
 
 def solid_material(material: NamedMaterial) -> Material | Orthotropic:
     """The material of a solid. Raises ValueError for a core, and for an orthotropic material without its third axis."""
+    if isinstance(material, CoreMaterial):
+        raise ValueError("found a core; solids take an isotropic or an orthotropic material")
     return material if isinstance(material, Material) else material.solid
 
 
