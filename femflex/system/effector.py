@@ -107,6 +107,9 @@ class Effector:
     conserves   whether what it exerts leaves the momentum of the whole craft as it is
     apart       distance that its two markers keep at least at the start, as its force needs a direction [m]
     coasting    (name, states (n_states,)) -> the same with constant momentum, for steady states
+    added_mass  function of compiled code with the arguments of `act` that writes a symmetric matrix (n_markers, 6, 6),
+                inertial components: the wrench -M (a, alpha) at each marker resists its acceleration and joins the mass
+                matrix. It reads positions, attitudes, velocities and parameters alone
     silent      () -> the same without its command or output
     """
 
@@ -132,6 +135,7 @@ class Effector:
     apart: float = 0.0
     coasting: Callable[[str, Array], Effector] | None = None
     silent: Callable[[], Effector] | None = None
+    added_mass: CompiledAct | None = None
 
     def __post_init__(self) -> None:
         if not (callable(self.act) or hasattr(type(self.act), "address")):

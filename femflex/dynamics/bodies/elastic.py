@@ -8,6 +8,7 @@ mass, no moving node that carries a joint) nothing has to be factorised.
 from __future__ import annotations
 
 from femflex.arrays import Array, Record
+from femflex.dynamics.bodies.added_mass import add_added_block, add_added_rows
 from femflex.dynamics.bodies.shapes import columns_times, rows9, turning_of
 from femflex.dynamics.bodies.slaves import tie_rows, write_tied_mass
 from femflex.dynamics.bodies.stiffening import add_varying_block, write_varying_stiffness
@@ -30,6 +31,8 @@ def write_rows(b: Record, pool: Array, work: Array) -> None:
         tie_rows(b, work)
     else:
         write_coupling(b, pool, work, b["border"] + b["row"], b["stride"])
+    if b["added"] > 0:
+        add_added_rows(b, work)
 
 
 @inner
@@ -59,6 +62,8 @@ def write_elastic_block(b: Record, pool: Array, work: Array, c_d: float, c_k: fl
             write_tied_mass(b, pool, work)
         else:
             copy_block(b, pool, work, b["elastic_mass"])
+        if b["added"] > 0:
+            add_added_block(b, work)
         add_block(b, pool, work, b["damping"], c_d)
         add_block(b, pool, work, b["stiffness"], c_k)
         if b["nonlinear"] and c_k != 0.0:

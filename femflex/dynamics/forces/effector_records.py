@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.arrays import Record, Table
+from femflex.dynamics.bodies.added_mass import MATRIX
 from femflex.dynamics.forces.effector_functions import act_address, call_sizes, input_size, output_size
 from femflex.dynamics.layout.pool import Pool, Scratch, add_marker
 from femflex.dynamics.layout.records import record_reader
@@ -20,7 +21,7 @@ EFFECTOR = np.dtype(
         (name, "i8")
         for name in (
             "n_markers", "n_freedoms", "n_inputs", "n_z", "n_channels",
-            "act", "jacobian",  # addresses; 0: none
+            "act", "jacobian", "add_mass",  # addresses; 0: none
             "clears",  # whether its numbers are set to zero before its function is called
             "markers", "freedoms", "inputs",  # table: PORT and HANDLE records, places of inputs from that of z
             "z",  # place of its first state in z
@@ -28,6 +29,7 @@ EFFECTOR = np.dtype(
             "before", "after",  # effectors before and after it of its group; -1: none (see `grouped`)
             "seen", "out",  # work: what is seen; what is written, twice
             "pushed",  # work: force (3) and torque (3) of its group up to it, inertial components
+            "masses",  # work (n_markers, 6, 6): masses that it adds, inertial components
             "trial", "matrix",  # work (n_z,), (n_z, n_z + 1): for Newton's method
         )
     ]
@@ -99,6 +101,8 @@ def lower_effector(record: Record, effector: Effector, names: list[str], pool: P
     record["act"] = act_address(effector.name, effector.act, sizes)
     if effector.jacobian is not None:
         record["jacobian"] = act_address(effector.name, effector.jacobian, sizes, jacobian=True)
+    if effector.added_mass is not None:
+        record["add_mass"], record["masses"] = effector.added_mass.address, scratch.take(MATRIX * m)
     record["z"] = names.index(effector.state_names()[0][0]) if n else 0
     record["parameters"], record["sizes"] = pool.add(effector.parameters), pool.add(effector.sizes)
     record["clears"] = not getattr(effector.act, "writes_all", False)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from femflex.arrays import Array, Record, Table
+from femflex.dynamics.bodies.added_mass import take_added_mass
+from femflex.dynamics.forces.added_mass import write_added_masses
 from femflex.dynamics.forces.effector_calls import apply_forces, correct, evaluate_effector
 from femflex.dynamics.forces.effector_functions import N_ACCOUNTS
 from femflex.dynamics.forces.effector_records import CRAFT, N_EFFECTOR, PLACE, effector_at, lowered
@@ -124,6 +126,12 @@ class Effectors(ForceTerm):
     def lower(self, system: System, head: Record, bodies: Records, pool: Pool, scratch: Scratch, at: int) -> Table:
         effectors = acting_effectors(system)
         head["relaxes"] = int(any(effector.states for effector in effectors))
+        wet = {body for effector in effectors if effector.added_mass is not None for body, _ in effector.markers}
+        if wet:
+            head["add_mass"], head["wet"], head["n_wet"] = write_added_masses.address, at, len(effectors)
+        for record, name in zip(bodies[1:], system.order, strict=True):
+            if name in wet:
+                take_added_mass(record, scratch)
         return lowered(effectors, system, bodies, head, pool, scratch, at)
 
     def channels(self, system: System) -> dict[str, Channel]:

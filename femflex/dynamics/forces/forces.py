@@ -23,6 +23,7 @@ behind `z` of the header in the work array.
 from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
+from femflex.dynamics.bodies.added_mass import add_added_bias
 from femflex.dynamics.bodies.inertia import add_elastic_forces, write_velocity_forces, zero_forces
 from femflex.dynamics.bodies.varying import add_flow_forces
 from femflex.dynamics.forces.gravity import find_center_of_mass, gravity_field, local_field
@@ -85,6 +86,8 @@ def write_forces(t: float, q: Array, u: Array, table: Table, pool: Array, work: 
         write_velocity_forces(b, pool, work, field, uniform)
         if b["flows"]:
             add_flow_forces(b, pool, work)
+        if b["added"] > 0:
+            add_added_bias(b, work)
         add_elastic_forces(b, pool, work)
         if b["sprung"]:
             write_spring_forces(b, q, u, pool, work)

@@ -55,6 +55,8 @@ HEADER = np.dtype(
             "known", "flags", "drives",  # work (n_u,): their accelerations; 1 where held; forces that hold them
             "closing",  # table: where records of constraints begin (see constraint_layout)
             "constrain",  # address of CONSTRAIN, 0 without constraints
+            "add_mass",  # address of ADD_MASS (femflex.dynamics.bodies.added_mass), 0 where no effector adds mass
+            "wet", "n_wet",  # table: EFFECTOR records, of which some add mass
             "n_varying",  # bodies whose properties depend on time
             "n_free",  # of these, ones whose length is free; their accelerations stand behind z
             "solve_lengths", "step_lengths",  # addresses of LENGTHS and LENGTH_STEPS, 0 without free lengths
@@ -122,6 +124,7 @@ BODY = np.dtype(
             "columns", "spread",  # work, condensed bodies: columns of a marker (6,wide), coupling rows (wide,8)
             "monomials", "varying",  # work: d_i, d_i d_j (n+pairs); the stiffness they make up (pairs)
             "Phi",  # work (6,row_p): columns of marker P
+            "added",  # work: mass added at markers (see femflex.dynamics.bodies.added_mass); 0: none
             "varies",  # 1: a function writes properties of this body at every evaluation, see varying
             "write", "numbers", "block",  # its address; pool: its constants, and what it writes
             "derived",  # 1: moments vary, so rows that follow from them are written anew

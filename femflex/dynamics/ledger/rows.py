@@ -7,6 +7,7 @@ of joints, gravity, force terms and prescribed motions.
 from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
+from femflex.dynamics.bodies.added_mass import add_added_bias
 from femflex.dynamics.bodies.inertia import write_velocity_forces
 from femflex.dynamics.bodies.stiffening import add_varying_force, write_varying_stiffness
 from femflex.dynamics.bodies.varying import add_flow_forces
@@ -49,6 +50,8 @@ def velocity_row(t: float, q: Array, u: Array, udot: Array, row: Array, table: T
         write_velocity_forces(b, pool, work, NO_GRADIENT, ZERO)
         if b["flows"]:
             add_flow_forces(b, pool, work)
+        if b["added"] > 0:
+            add_added_bias(b, work)
     gather_residual(udot, row, table, pool, work)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from femflex.arrays import Array, Record, Table
+from femflex.dynamics.bodies.added_mass import add_added_inertia
 from femflex.dynamics.bodies.elastic import write_rows
 from femflex.dynamics.bodies.inertia import accelerate_uniformly
 from femflex.dynamics.bodies.shapes import columns_times, six_lanes, wrench_times_columns
@@ -75,6 +76,8 @@ def add_inertia_forces(b: Record, pool: Array, work: Array) -> None:
         for j in range(n):
             elastic = elastic + work[accel + j] * lane(numbers, block + row_stride * j + k)
         put_lane(work, b["pn"] + k, elastic)
+    if b["added"] > 0:
+        add_added_inertia(b, work)
     put_pair(work, w + W_P, force)
 
 

@@ -17,6 +17,7 @@ LEFT_OUT      place_and_cancel(t, q, u, table, pool, work)
 from __future__ import annotations
 
 from femflex.arrays import Array, Table
+from femflex.dynamics.bodies.added_mass import call_add_mass
 from femflex.dynamics.bodies.inertia import deform
 from femflex.dynamics.bodies.varying import carry_material, write_varying_bodies
 from femflex.dynamics.forces.base_frame import move_base
@@ -53,6 +54,8 @@ def place_bodies(t: float, q: Array, u: Array, table: Table, pool: Array, work: 
         deform(b, pool, work)
         if b["flows"]:
             carry_material(b, pool, work)
+    if header_of(table)["add_mass"] != 0:
+        call_add_mass(header_of(table)["add_mass"], t, table, pool, work)
 
 
 @inner
