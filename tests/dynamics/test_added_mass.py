@@ -81,9 +81,7 @@ def test_added_mass_of_a_rigid_body_is_that_of_the_body(tmp_path, strain, size):
     path = tmp_path / "case.toml"
     path.write_text(CASE.replace("STRAIN", strain))
     system = build_system(read_case(path))
-    water = Effector(
-        "water", turning, (("boom", "tip"),), parameters=np.array([5.0, 0.5, 0.6, 0.7]), added_mass=added
-    )
+    water = Effector("water", turning, (("boom", "tip"),), parameters=np.array([5.0, 0.5, 0.6, 0.7]), added_mass=added)
     wet = replace(
         system,
         bodies={name: body for name, body in system.bodies.items() if name != "heavy"},

@@ -17,7 +17,7 @@ from femflex.dynamics.layout.records import W_CIN, W_OMEGA, body_of, header_of
 from femflex.kernels.compiled import inner
 from femflex.kernels.entries import entry
 from femflex.kernels.lanes import offset
-from femflex.kernels.vectors import ZERO, Vector, add, cross, load3, load9, scale, turn, turn_back
+from femflex.kernels.vectors import ZERO, Vector, add, cross, load3, load9, scale, turn
 
 
 @inner
