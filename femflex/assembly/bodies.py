@@ -298,7 +298,8 @@ def _segments(case: Case, name: str, table: FlexibleTable, counts: tuple[int | N
     """The segments of a body. counts: numbers of modes, refinements and segments, None for those of the case."""
     modes, refine, count = counts
     mesh = build_mesh(case, name, table, refine)
-    return build_segments(case, name, table, mesh, marker_groups(table), modes, count)
+    patches = patch_groups(case, name)
+    return build_segments(case, name, table, mesh, marker_groups(table), modes, count, patches)
 
 
 def marker_groups(table: FlexibleTable) -> dict[str, str]:

@@ -46,7 +46,8 @@ def build_craft(case: Case, parts: Mapping[str, Part]) -> Craft:
             return None
 
     environment = build_environment(case)
-    context = Context(nouns, case.path.parent, parts, build_orbit(case), environment.epoch, environment.radius)
+    own = environment.epoch, environment.radius, environment.gravity
+    context = Context(nouns, case.path.parent, parts, build_orbit(case), *own)
     built, bodies = acting_on(parts, nouns, context, attempt)
     problems += [] if problems else signal_problems(case, built)
     tanks = {name: noun for name, noun in nouns.items() if getattr(noun, "body", "") in bodies}

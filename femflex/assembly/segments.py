@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -37,10 +37,11 @@ def build_segments(
     markers: Mapping[str, str],
     modes: int | None = None,
     segments: int | None = None,
+    patches: Sequence[str] = (),
 ) -> Segments:
     """The Segments of a body, with `segments` of them or `modes` modes each instead of the case's numbers if given.
 
-    markers: name -> group. Raises CaseError if its member cannot be cut.
+    markers: name -> group; patches: groups over which forces are spread. Raises CaseError if its member cannot be cut.
     """
     member = table.segmented_member
     assert member is not None
@@ -68,7 +69,7 @@ def build_segments(
         )
     all_markers = {**{group: group for group in groups}, **markers}
     shapes = _segment_shapes(table, modes, f"bodies.{name}")
-    return Segments(reduce_segments(pieces, all_markers, shapes, table.damping, table.strain or "linear"))
+    return Segments(reduce_segments(pieces, all_markers, shapes, table.damping, table.strain or "linear", patches))
 
 
 def _end_among(mesh: Mesh, line: str, groups: list[str]) -> str | None:

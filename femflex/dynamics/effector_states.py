@@ -105,3 +105,11 @@ def check_distances(model: Model) -> None:
                 f"{effector.kind} {effector.name!r}: markers {'.'.join(a)} and {'.'.join(b)} coincide at the start, so "
                 "the push has no direction; place them apart along it, by less than the free length"
             )
+
+
+def with_linear_effectors(system: System) -> System:
+    """The system with effectors as linear models have them (`Effector.linear`); itself where that changes none."""
+    if not any(isinstance(effector, Effector) and effector.linear is not None for effector in system.effectors):
+        return system
+    effectors = [e.linear() if isinstance(e, Effector) and e.linear is not None else e for e in system.effectors]
+    return replace(system, effectors=tuple(effectors))

@@ -20,6 +20,7 @@ from femflex.dynamics.effector_states import (
     has_events,
     sensor_problems,
     threshold_problems,
+    with_linear_effectors,
     with_starts,
 )
 from femflex.dynamics.events import AllEvents, Latches, StateEvents
@@ -167,6 +168,12 @@ class Model(Summarised):
     def reduced(self) -> bool:
         """Whether the compiled equations leave terms out (see `dynamics.ledger.without`)."""
         return any(name in SWITCHED for name in self.omitted)
+
+    @cached_property
+    def with_linear_effectors(self) -> Model:
+        """The model with effectors as linear models have them; itself where that changes none."""
+        system = with_linear_effectors(self.system)
+        return self if system is self.system else without_terms(compile_system(system), self.omitted)
 
     @property
     def switch(self) -> Any:

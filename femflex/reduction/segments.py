@@ -12,6 +12,7 @@ from femflex.arrays import Array
 from femflex.body import FlexibleBody, Marker
 from femflex.fem.line.segments import ENDS, FAR, NEAR, Segment
 from femflex.fem.structure import Structure, build_structure
+from femflex.mesh.regions import WHOLE_GROUPS
 from femflex.reduction.modes.craig_bampton import craig_bampton
 from femflex.reduction.modes.damping import Damping
 from femflex.reduction.modes.vibration import ModeSet
@@ -35,12 +36,13 @@ def reduce_segments(
     modes: Callable[[Structure], ModeSet] = chord_modes,
     damping: Damping | None = None,
     strain: Literal["linear", "nonlinear", "condensed"] = "linear",
+    patches: Sequence[str] = (),
 ) -> tuple[FlexibleBody, ...]:
     """One FlexibleBody per segment, in the frame of the whole mesh, with markers NEAR and FAR at its ends.
 
     markers  name -> group of the whole mesh; each belongs to the first segment that contains the whole group
     modes    shapes of a segment's Structure (see chord_modes, which is the default)
-    strain   see `reduce_structure`
+    strain, patches  see `reduce_structure`; a segment has the patches of the groups that it is part of
     The first segment's "origin" is rigidly connected to its near end.
     Raises ValueError for a group that no segment contains.
     """
@@ -59,7 +61,8 @@ def reduce_segments(
         structure = build_structure(segment.mesh, segment.members, segment.point_masses)
         structure = relaxed(structure)  # welded end to end, it has no supports
         shapes = modes(structure)
-        bodies.append(reduce_structure(structure, shapes, of_segment, damping, strain))
+        own = [group for group in patches if group in WHOLE_GROUPS or group in segment.mesh.cell_groups]
+        bodies.append(reduce_structure(structure, shapes, of_segment, damping, strain, patches=own))
     first = bodies[0]
     bodies[0] = replace(first, markers={**first.markers, "origin": rigidly_offset(first.markers[NEAR], np.zeros(3))})
     return tuple(bodies)

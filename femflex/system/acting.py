@@ -7,6 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.system.controller import Controller
 from femflex.system.effector import Effector
@@ -19,7 +22,7 @@ from femflex.system.variation import Variation
 class Context(NamedTuple):
     """References of a noun: the other nouns, the bodies, the folder for files that it names, and the environment.
 
-    epoch, radius: those of the Environment, days since J2000 at t = 0 or None, and [m]
+    epoch, radius, gravity: those of the Environment, days since J2000 at t = 0 or None, [m], and (3,) [m/s^2]
     """
 
     nouns: Mapping[str, Any] = {}
@@ -28,6 +31,7 @@ class Context(NamedTuple):
     orbit: Orbit | None = None
     epoch: float | None = None
     radius: float = EARTH_RADIUS
+    gravity: Array = np.zeros(3)
 
 
 ALONE = Context()
@@ -85,7 +89,8 @@ def with_effectors(system: System, nouns: Mapping[str, Any], folder: Path = Path
     Raises ValueError for values that do not fit together, and for names, bodies and markers that do not exist.
     """
     environment = system.environment
-    context = Context(nouns, folder, system.bodies, system.orbit, environment.epoch, environment.radius)
+    own = environment.epoch, environment.radius, environment.gravity
+    context = Context(nouns, folder, system.bodies, system.orbit, *own)
     effectors, bodies = acting_on(system.bodies, nouns, context)
     varying = variations_of(bodies, nouns) | system.varying
     whole = {name: body for name, body in bodies.items() if isinstance(body, FlexibleBody)}

@@ -73,6 +73,7 @@ def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> L
     nonholonomic constraints, and for loops in motion.
     """
     accelerations = np.zeros(model.n_u) if udot is None else np.asarray(udot, float)
+    model = model.with_linear_effectors
     u = model.parts(x)[1]
     refuse_rolling(model.system, "linear equations")
     if model.system.loops and (u.any() or accelerations.any()):

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from femflex.dynamics.effector_states import with_linear_effectors
 from femflex.dynamics.linear.freedoms import refuse_rolling
 from femflex.dynamics.model import compile_system
 from femflex.system import Effector, Joint, Load, Profile, System, Threshold
@@ -34,7 +35,7 @@ def frozen_system(system: System, at: float | None = None) -> System:
         )
     system = with_fixed_lengths(system, at or 0.0)
     frozen = replace(
-        system,
+        with_linear_effectors(system),
         joints=tuple(_locked(joint, at) for joint in system.joints),
         loads=tuple(_frozen(load, at) for load in system.loads),
         z0=system.z0 | _released(system, at),
@@ -50,6 +51,7 @@ def without_variation(system: System) -> tuple[System, tuple[str, ...]]:
     moving = [joint for joint in system.joints if any(profile.moves for profile in joint.prescribed.values())]
     names = [f"load {load.name!r}" for load in varying] + [f"motion of {joint.label!r}" for joint in moving]
     names += [f"length of {name!r}" for name in moving_lengths(system)]
+    names += [e.linear_note for e in system.effectors if isinstance(e, Effector) and e.linear and e.linear_note]
     fixed = replace(with_fixed_lengths(system, 0.0), loads=tuple(load for load in system.loads if load not in varying))
     joints = tuple(_locked(joint, 0.0) if joint in moving else joint for joint in system.joints)
     return replace(fixed, joints=joints), tuple(names)
