@@ -52,6 +52,8 @@ from femflex.effectors.surroundings.nrlmsis import Nrlmsis
 from femflex.effectors.surroundings.sun import Sun
 from femflex.effectors.tank import Tank
 from femflex.effectors.thruster import LevelTable, PulseTrain, Thruster
+from femflex.effectors.water.water import Water
+from femflex.effectors.water.wet_members import WetMember
 from femflex.effectors.wheel import Wheel, unbalanced_rotor
 
 __all__ = [
@@ -94,6 +96,8 @@ __all__ = [
     "Tank",
     "Thruster",
     "TorqueRod",
+    "Water",
+    "WetMember",
     "Wheel",
     "allocation",
     "attitude_feedback",

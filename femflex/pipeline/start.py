@@ -9,16 +9,17 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.assembly import system as assembly
+from femflex.assembly.orbits import build_environment
 from femflex.case.case import Case
 from femflex.case.initial import EQUILIBRIUM
 from femflex.dynamics import compile_system
-from femflex.effectors import Cable, Sensor, with_heavy_cable
+from femflex.effectors import Cable, Sensor, WetMember, with_heavy_cable
 from femflex.noun.problems import CaseError, Problem
 from femflex.pipeline.compiled import compiled
 from femflex.pipeline.recovery_channels import recovery_channels
 from femflex.pipeline.references import channel_problems, motion_problems, size_problems
 from femflex.rotations import dcm_from_quaternion
-from femflex.system import Context, Part, System, started
+from femflex.system import Context, Effector, Part, System, started
 
 
 def system_of(case: Case, bodies: Mapping[str, Part] | None = None) -> System:
@@ -69,11 +70,21 @@ def with_heavy_cables(case: Case, system: System) -> System:
         context = Context(folder=case.path.parent)
         try:
             system = with_heavy_cable(system, name, table, share * span, share * rate, context)
+            system = replace(system, effectors=(*system.effectors, *_water_on_cable(case, name)))
         except ValueError as error:
             problems.append(Problem(f"cables.{name}", str(error.args[0])))
     if problems:
         raise CaseError(case.path.name, problems)
     return system
+
+
+def _water_on_cable(case: Case, name: str) -> list[Effector]:
+    """Effectors of the water on a cable with mass, whose masses are bodies of the system by now. Raises ValueError."""
+    nouns = {key: noun for named in case.effectors.values() for key, noun in named.items()}
+    wet = {key: noun for key, noun in nouns.items() if isinstance(noun, WetMember) and noun.cable == name}
+    environment = build_environment(case)
+    context = Context(nouns, case.path.parent, gravity=environment.gravity)
+    return [noun.on_cable(key, context) for key, noun in wet.items()]
 
 
 def _check_references(case: Case, system: System) -> None:

@@ -23,7 +23,7 @@ from femflex.effectors.water import morison as at
 from femflex.effectors.water.morison import OnPiece, on_piece, wet_length
 from femflex.effectors.water.water import Water, water_of
 from femflex.kernels.compiled import inner
-from femflex.kernels.entries import ACT, entry
+from femflex.kernels.entries import ACT, Entry, entry
 from femflex.kernels.lanes import offset
 from femflex.kernels.vectors import ZERO, Vector, add, cross, dot, load3, load9, scale, store3, sub, turn
 from femflex.noun.problems import suggestion_text
@@ -122,11 +122,28 @@ class WetMember(EffectorNoun, heading="wet_members"):
         return replace(body, markers=body.markers | markers)
 
     def effectors(self, name: str, context: Context = ALONE) -> Sequence[Effector | Controller]:
-        """Its one effector. Raises ValueError for a body without such lines, and for a cable without mass."""
+        """Its one effector; none of a cable, whose masses are placed when its ends are known (`on_cable`).
+
+        Raises ValueError for a body without such lines, and for a cable without mass.
+        """
         if self.cable is not None:
-            markers, pieces, act, masses = *self._cable_pieces(context), wet_cable, cable_masses
-        else:
-            markers, pieces, act, masses = *self._pieces(name, context), self.act, member_masses
+            self._cable_pieces(context)
+            return ()
+        return (self._effector(name, *self._pieces(name, context), self.act, member_masses, context),)
+
+    def on_cable(self, name: str, context: Context) -> Effector:
+        """Its effector on the masses of a cable. Raises ValueError."""
+        return self._effector(name, *self._cable_pieces(context), wet_cable, cable_masses, context)
+
+    def _effector(
+        self,
+        name: str,
+        markers: tuple[tuple[str, str], ...],
+        pieces: Array,
+        act: Entry,
+        masses: Entry,
+        context: Context,
+    ) -> Effector:
         water = water_of(context, self.water)
         sea = water.sea(context)
         outer, inner_area = math.pi * self.diameter**2 / 4, math.pi * self.inner_diameter**2 / 4
@@ -146,7 +163,7 @@ class WetMember(EffectorNoun, heading="wet_members"):
             name, act, markers, channels=self.channels, accounts=self.accounts, exerts=self.exerts,
             parameters=parameters, kind=self.label, added_mass=masses, linear=linear, linear_note=self._left_out(name, water),
         )  # fmt: skip
-        return (effector,)
+        return effector
 
     def _left_out(self, name: str, water: Water) -> str:
         """What linear models leave out."""
@@ -301,7 +318,8 @@ def wet_cable(t: float, seen: Array, z: Array, parameters: Array, out: Array) ->
         out[k] = 0.0
     for k in range(1, n + 1):
         tangent, d = chord(seen, k)
-        before, v, after = (load3(seen, 12 * m + 3 * j) for j in (k - 1, k, k + 1))
+        before, v = load3(seen, 12 * m + 3 * k - 3), load3(seen, 12 * m + 3 * k)
+        after = load3(seen, 12 * m + 3 * k + 3)
         change = sub(after, before)
         turning = scale(1.0 / d, sub(change, scale(dot(change, tangent), tangent)))
         felt = on_piece(t, load3(seen, 3 * k), tangent, v, turning, p[at.HEAD + at.LENGTH], 0.0, p, w)
