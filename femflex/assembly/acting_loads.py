@@ -40,15 +40,17 @@ class ActingLoads:
     base    directions of accelerations of its clamp
     causes  names of the loads that act as such accelerations
     least   least share of a load's work that the modes lack, for its static shape to be added
+    induced groups in which effectors induce strain
     """
 
     loads: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     base: tuple[str, ...] = ()
     causes: tuple[str, ...] = ()
     least: float = 0.0
+    induced: tuple[str, ...] = ()
 
     def __bool__(self) -> bool:
-        return bool(self.loads or self.base)
+        return bool(self.loads or self.base or self.induced)
 
 
 def acting_loads(case: Case, name: str, table: FlexibleTable, groups: Mapping[str, str]) -> ActingLoads:
@@ -70,7 +72,8 @@ def acting_loads(case: Case, name: str, table: FlexibleTable, groups: Mapping[st
         shaken = any(isinstance(noun, BaseMotion) for noun in case.disturbances.values())
         base = tuple(d for d in COMPONENTS[:3] * shaken if d not in r.attachment)
         causes = ("the shaken base",) * bool(base)
-        return ActingLoads(_loads_by_group(load_directions(case, name), r, groups), base, causes, LEFT_OVER)
+        loads = _loads_by_group(load_directions(case, name), r, groups)
+        return ActingLoads(loads, base, causes, LEFT_OVER, tuple(induced_groups(case, name)))
     is_open = "attachment" not in r.model_fields_set
     weight, spin = (
         is_open and any(case.environment.gravity),
@@ -79,7 +82,14 @@ def acting_loads(case: Case, name: str, table: FlexibleTable, groups: Mapping[st
     loads = _loads_by_group((*load_directions(case, name), *_attached_body_loads(case, name)), r, groups)
     causes = ("weight",) * weight + ("spin",) * spin
     directions = COMPONENTS if spin else COMPONENTS[:3] if weight else ()
-    return ActingLoads(loads, tuple(direction for direction in directions if direction not in r.attachment), causes)
+    base = tuple(direction for direction in directions if direction not in r.attachment)
+    return ActingLoads(loads, base, causes, induced=tuple(induced_groups(case, name)))
+
+
+def induced_groups(case: Case, name: str) -> list[str]:
+    """Groups of a body in which effectors of the case induce strain."""
+    nouns = [noun for named in case.effectors.values() for noun in named.values()]
+    return sorted({group for noun in nouns for body, group in noun.strained_groups() if body == name})
 
 
 def _loads_by_group(

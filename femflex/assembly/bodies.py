@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from femflex.assembly.acting_loads import acting_loads, added_shapes_text
+from femflex.assembly.acting_loads import acting_loads, added_shapes_text, induced_groups
 from femflex.assembly.decks import load_sets_of, with_deck
 from femflex.assembly.deploying import added_note, build_deploying, deployed_origin
 from femflex.assembly.extents import warn_of_doubtful_extents
@@ -153,7 +153,7 @@ def _inputs(case: Case, name: str) -> Inputs:
         excluded["length"] = None
     if isinstance(table, FlexibleTable):
         context += [acting_loads(case, name, table, marker_groups(table)), sorted(load_sets_of(case, name, table))]
-    used = turning_markers(case, name), patch_groups(case, name)
+    used = turning_markers(case, name), patch_groups(case, name), induced_groups(case, name)
     return Inputs((table.model_copy(update=excluded), *used, *context))
 
 
@@ -204,7 +204,8 @@ def _body_from_table(
     if draft:
         turning, groups = turning_markers(case, name), patch_groups(case, name)
         loads = load_sets_of(case, name, table)
-        body = small_motion_body(structure, modeset, marker_groups(table), turning, groups, loads)
+        induced = induced_groups(case, name)
+        body = small_motion_body(structure, modeset, marker_groups(table), turning, groups, loads, induced)
     else:
         body, modeset = _reduce_with_strain(case, name, table, structure, modeset)
     reduction = table.reduction
@@ -257,7 +258,8 @@ def _reduce_with_strain(
         patch_groups(case, name),
         load_sets_of(case, name, table),
     )
-    body = reduce_structure(structure, modeset, groups, damping, strain, turning, patches, loads)
+    induced = induced_groups(case, name)
+    body = reduce_structure(structure, modeset, groups, damping, strain, turning, patches, loads, induced)
     if strain == "nonlinear" and isinstance(r, Stretchable) and body.n_modes:
         if keep == "none" and not r.responses:
             _warn_of_stiffness(name, structure, modeset, body)
@@ -326,7 +328,8 @@ def _beam_body(case: Case, name: str, table: AnalyticTable, modes: int | None) -
     beam = table.model_copy(update={"bounded_energy": bounded})
     functions, note = functions_of(case, name, table, modes)
     strain, patches = table.strain or "linear", patch_groups(case, name)
-    body = beam_body(beam, functions, table.damping, strain=strain, patches=patches)
+    induced = induced_groups(case, name)
+    body = beam_body(beam, functions, table.damping, strain=strain, patches=patches, induced=induced)
     names = {marker: entry.group or marker for marker, entry in table.markers.items()}
     return body, Analytic(beam, functions, names), (("shapes", note),) if note else ()
 

@@ -39,6 +39,7 @@ from femflex.reduction import (
 from femflex.reduction.methods import clamp_of
 from femflex.reduction.preload.equilibrium import static_equilibrium
 from femflex.reduction.preload.loads import Preload
+from femflex.reduction.strain.induced import loads_of_induced_strain
 from femflex.warning import PhysicsWarning
 
 PLACE = "marker {}"  # point group of a marker given by its position
@@ -168,7 +169,8 @@ def build_modes(
 
     def slow(shapes: ModeSet) -> Array:
         a = acting or ActingLoads()
-        return slow_loads(structure, shapes, a.base, a.loads, least=a.least, linear=a.least > 0.0)
+        others = [loads_of_induced_strain(structure, group) for group in a.induced]
+        return slow_loads(structure, shapes, a.base, a.loads, least=a.least, linear=a.least > 0.0, others=others)
 
     assert r is not None
     bends_far = needs_large_deflection_shapes(table)

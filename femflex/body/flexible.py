@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from femflex.arrays import Array, IntArray
+from femflex.body.induced_strain import InducedStrain
 from femflex.body.marker import Marker
 from femflex.body.moments import MassMoments, MassPoints
 from femflex.body.patches import Patches
@@ -37,6 +38,7 @@ class FlexibleBody(Summarised):
     mass_points  points of mass over all shapes, of bodies so long that gravity is integrated over them; or None
     patches  group -> Patches, over which forces can be spread
     load_sets  name -> LoadSet, of the static loads of its deck
+    induced  group -> InducedStrain, of groups of `patches` in which effectors induce strain
 
     Arrays, names and units only: it can be pickled. The source of a body is its `reduction.Origin`, and notes on
     it are advice.
@@ -55,6 +57,7 @@ class FlexibleBody(Summarised):
     mass_points: MassPoints | None = None
     patches: dict[str, Patches] = field(default_factory=dict)
     load_sets: dict[str, LoadSet] = field(default_factory=dict)
+    induced: dict[str, InducedStrain] = field(default_factory=dict)
 
     def summary(self) -> tuple[str, Rows]:
         """Mass, centre of mass, coordinates, frequencies and markers."""
@@ -143,6 +146,7 @@ class FlexibleBody(Summarised):
             slaves=slaves,
             strain_field=tuple(part.with_shapes(shapes) for part in self.strain_field),
             mass_points=None if self.mass_points is None else self.mass_points.with_shapes(shapes),
+            induced={group: each.with_coordinates(shapes[:n]) for group, each in self.induced.items()},
         )
 
     def amplitudes(self, delta: Array) -> Array:

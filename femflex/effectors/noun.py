@@ -136,6 +136,10 @@ class EffectorNoun(Parametric):
         """(body, group) of the patches that it needs (`femflex.body.Patches`); none of one that acts at markers."""
         return ()
 
+    def strained_groups(self) -> tuple[tuple[str, str], ...]:
+        """(body, group) in which it induces strain (`femflex.body.InducedStrain`); it needs their patches too."""
+        return ()
+
     def load_sets(self) -> tuple[tuple[str, str], ...]:
         """(body, set of loads) of the body's deck that it needs (`femflex.body.LoadSet`)."""
         return ()

@@ -47,7 +47,9 @@ class StrainPlaces:
     polar radius (e, q) that twist is carried with, of plates half the thickness [m]; sampled_lever: the same at the
     points of `sampled`, left out where it is the same. fibres (e|1, q|1, 4): of lines `Shape.fibres`, where known.
     plies (e|1, q|1, k, 2, 3, 6): of plates `PlateSection.plies` per strains of the block, where known; sampled_plies:
-    the same at the points of `sampled`, left out where it is the same. group: name of the member's group.
+    the same at the points of `sampled`, left out where it is the same. axes (e|1, 3, 3): x, y, z of lines, or two
+    tangents and the normal of plates, as rows; left out where the strains do not depend on them. group: name of the
+    member's group.
     """
 
     kind: str
@@ -58,6 +60,7 @@ class StrainPlaces:
     fibres: Array | None = None
     plies: Array | None = None
     sampled_plies: Array | None = None
+    axes: Array | None = None
     group: str = ""
 
 

@@ -9,7 +9,8 @@ from typing import Literal
 import numpy as np
 
 from femflex.arrays import Array, BoolArray
-from femflex.body import FlexibleBody, Marker, Patches, Skin, StrainTensors
+from femflex.body import FlexibleBody, InducedStrain, Marker, Patches, Skin, StrainTensors
+from femflex.body.induced_strain import LINES, patch_axes
 from femflex.body.patches import FLAT
 from femflex.fem.eigen.canonical import canonical_modes, signs
 from femflex.fem.eigen.modes import dense_modes
@@ -44,6 +45,7 @@ def beam_body(
     orthonormal: bool = True,
     strain: Literal["linear", "nonlinear", "condensed"] = "linear",
     patches: Sequence[str] = (),
+    induced: Sequence[str] = (),
 ) -> FlexibleBody:
     """The FlexibleBody of a straight beam on admissible functions, with markers "root" and "tip".
 
@@ -67,7 +69,7 @@ def beam_body(
         )
     if strain == "condensed" or (strain == "nonlinear" and not functions.holds_squares):
         functions = functions.with_followers()
-    body = _reduced_beam(beam, functions, damping, orthonormal, strain, patches=patches)
+    body = _reduced_beam(beam, functions, damping, orthonormal, strain, patches=patches, induced=induced)
     if strain == "linear" and (functions.y or functions.z):
         bending = replace(functions, axial=0, torsion=0).with_followers()
         return replace(
@@ -84,6 +86,7 @@ def _reduced_beam(
     strain: str,
     lowest: bool = False,
     patches: Sequence[str] = (),
+    induced: Sequence[str] = (),
 ) -> FlexibleBody:
     """The body whose coordinates are the functions, or their modes (only the lowest one if `lowest`).
 
@@ -124,6 +127,8 @@ def _reduced_beam(
         strain_field=(beam_field(beam, functions, X, strain != "linear", has_followers),),
         patches=beam_patches,
     )
+    strains = {group: _induced_strain(beam, functions, X[:, :n], V1[:n, :n], strain) for group in induced}
+    body = replace(body, induced=strains)
     if strain == "linear":
         return body
     body = with_turned_sections(body, _sections(beam, functions, X, xi, dm, offsets), range(n))
@@ -323,6 +328,36 @@ def _patches(
     cells = CellMotion(size, position, tangents, phi, psi, ends)
     patches, markers = mean_markers("all", cells, 1, sines=sines)
     return {"all": patches}, markers
+
+
+def _induced_strain(
+    beam: UniformBeam, functions: BeamFunctions, X: Array, V1: Array, strain: str
+) -> InducedStrain:
+    """Forces of strain induced in each patch on the coordinates with columns X (count, n).
+
+    Held at both ends, a heated part presses on the whole beam; the force is that of the beam's mean flexibility.
+    """
+    x, weight = gauss(points_for(functions.max_count))
+    xi = ((np.arange(FLAT)[:, None] + x) / FLAT).ravel()
+    dx, C = np.tile(weight, FLAT) * beam.length / FLAT, np.ones((3, len(xi)))
+    slope, curvature = (functions.fields(xi, beam.length, d) @ X for d in (1, 2))
+    C[0], C[1], C[2] = beam.EA * beam.taper.axial(xi), *np.outer([beam.EIz, beam.EIy], beam.taper.bending(xi))
+    rows = np.stack([slope[:, 0], curvature[:, 1], curvature[:, 2]])  # eps = u' - y v'' - z w''
+    axes = patch_axes(1, np.tile(beam.frame[0], (FLAT, 1)))
+    across = axes[0, 1:] @ beam.frame[1:].T  # patch's y and z over the section's
+    sign = np.block([[np.ones((1, 1)), np.zeros((1, 2))], [np.zeros((2, 1)), -across]])
+    work = np.einsum("rp,rpn->rpn", C * dx, rows).reshape(3, FLAT, -1, X.shape[1]).sum(axis=2)
+    f0 = -np.einsum("cr,rkn->kcn", sign, work)
+    stiffness = (C * dx).reshape(3, FLAT, -1).sum(axis=2).T * (FLAT / beam.length)
+    stiffness[:, 1:] = stiffness[:, 1:] @ (across.T**2)
+    change = np.zeros((*f0.shape, X.shape[1]))
+    if "free" not in ends_of(functions.ends):
+        force = np.full((FLAT, len(xi)), -beam.length / FLAT / np.sum(dx / C[0]))
+        if strain != "linear":
+            force += C[0] * (slope[:, 0] @ np.linalg.solve(V1, f0[:, 0].T)).T
+        steep = slope[:, 1:3]
+        change[:, 0] = np.einsum("kp,psa,psb->kab", force * dx, steep, steep, optimize=True)
+    return InducedStrain(LINES, axes, f0, change, stiffness)
 
 
 def _tip_signs(beam: UniformBeam, functions: BeamFunctions, X: Array) -> Array:

@@ -32,6 +32,7 @@ from femflex.reduction.preload.equilibrium import is_preloaded
 from femflex.reduction.strain.condense import condense
 from femflex.reduction.strain.folded_beams import warn_of_folded_beams, warn_of_in_plane_turns
 from femflex.reduction.strain.following import dependent_derivatives
+from femflex.reduction.strain.induced import with_induced_strains
 from femflex.reduction.strain.initial_stress import warn_if_slack
 from femflex.reduction.strain.omitted_shear import warn_of_omitted_shear
 from femflex.reduction.strain.static_stretch import with_static_stretch
@@ -53,6 +54,7 @@ def reduce_structure(
     turning: Container[str] | None = None,
     patches: Sequence[str] = (),
     loads: Mapping[str, StaticLoads] | None = None,
+    induced: Sequence[str] = (),
 ) -> FlexibleBody:
     """The FlexibleBody of a structure that moves in these shapes; the body frame is the mesh's coordinates.
 
@@ -64,6 +66,7 @@ def reduce_structure(
     turning: markers whose rotation will be used (default: all); those without a rotation are warned of.
     patches: mesh groups of lines, surfaces or faces over which forces will be spread (`Patches`).
     loads: name -> static loads that will act on it (`LoadSet`).
+    induced: those of the patches' groups in which strain will be induced (`InducedStrain`).
     A linear body contains the foreshortening of its lowest shape (`foreshortening`), by which the effect that linear
     strain leaves out is estimated.
     Warns if linear strain meets an initial stress that the supports do not react, if thin plates leave out significant
@@ -122,8 +125,10 @@ def reduce_structure(
             and not is_lumped(structure)
             and not is_preloaded(structure, modes.held)
         )
-        return replace(body, foreshortening=foreshortening(structure, modes, markers) if has_lowest_shape else None)
-    return _with_dependent_shapes(structure, modes, body, strain == "condensed", all_markers)
+        body = replace(body, foreshortening=foreshortening(structure, modes, markers) if has_lowest_shape else None)
+        return with_induced_strains(structure, modes, body, induced, np.arange(body.n_modes))
+    body, free = _with_dependent_shapes(structure, modes, body, strain == "condensed", all_markers)
+    return with_induced_strains(structure, modes, body, induced, free)
 
 
 def _excluded_rigid_motions(structure: Structure) -> Array:
@@ -160,8 +165,11 @@ def _shapes_without_modal_work(structure: Structure, modes: ModeSet, strain: Str
 
 def _with_dependent_shapes(
     structure: Structure, modes: ModeSet, body: FlexibleBody, condensed: bool, places: dict[str, str]
-) -> FlexibleBody:
-    """The body with rotating sections and, if condensed, with dependent derivatives; its V3 is not needed before."""
+) -> tuple[FlexibleBody, IntArray]:
+    """The body with rotating sections and, if condensed, with dependent derivatives; its V3 is not needed before.
+
+    The second value holds the numbers (n,) of its elastic coordinates among the set.
+    """
     dependent = dependent_derivatives(body, _derivative_numbers(modes)) if condensed else np.zeros(0, np.int64)
     sections = sections_of(structure, modes.phi)
     if sections is not None:
@@ -169,18 +177,18 @@ def _with_dependent_shapes(
             k for k, kind in enumerate(modes.kinds) if kind != "derivative"
         ]  # derivatives are of second order
         body = with_turned_sections(body, sections, first_order)
-    if not condensed:
-        return body
-    if not len(dependent):
-        return replace(body, strain=strain_tensors(structure, modes.phi))
     free = np.setdiff1d(np.arange(body.n_modes), dependent)
+    if not condensed:
+        return body, free
+    if not len(dependent):
+        return replace(body, strain=strain_tensors(structure, modes.phi)), free
     warn_of_folded_beams(structure, len(free))
     first = first_order_part(structure, modes.phi[:, free])
     membrane = membrane_cubic(structure, modes.phi[:, free])
     preloaded = is_preloaded(structure, modes.held)
     quartic = lambda free: strain_tensors(structure, modes.phi[:, free]).V3  # noqa: E731
     body = condense(body, dependent, quartic, first, membrane, balanced=preloaded)
-    return body if preloaded else with_static_stretch(structure, modes, body, free, places)
+    return (body if preloaded else with_static_stretch(structure, modes, body, free, places)), free
 
 
 def _derivative_numbers(modes: ModeSet) -> IntArray:

@@ -20,6 +20,7 @@ from femflex.reduction.inertia.accelerations import loads_of_rigid_accelerations
 from femflex.reduction.inertia.moments import linear_stiffness, mass_moments, mass_points
 from femflex.reduction.modes.vibration import ModeSet
 from femflex.reduction.reduce import skin_of
+from femflex.reduction.strain.induced import with_induced_strains
 
 LEVI_CIVITA = np.array([[np.cross(a, b) for b in np.eye(3)] for a in np.eye(3)]).transpose(2, 0, 1)
 
@@ -31,6 +32,7 @@ def small_motion_body(
     turning: Container[str] | None = None,
     patches: Sequence[str] = (),
     loads: Mapping[str, StaticLoads] | None = None,
+    induced: Sequence[str] = (),
 ) -> FlexibleBody:
     """The undamped FlexibleBody of a structure for small motions about rest; arguments as of `reduce_structure`."""
     groups = {**{group: group for group in modes.groups}, **(markers or {})}
@@ -43,7 +45,7 @@ def small_motion_body(
     load_sets, load_markers = add_load_sets(structure, modes.phi, loads or {})
     body_markers |= patch_markers | load_markers
     body = body_of_shapes(structure, modes.phi, rigid, body_markers)
-    return FlexibleBody(
+    draft = FlexibleBody(
         moments=body.moments,
         strain=body.strain,
         damping=body.damping,
@@ -55,6 +57,7 @@ def small_motion_body(
         patches=body_patches,
         load_sets=load_sets,
     )
+    return with_induced_strains(structure, modes, draft, induced, np.arange(draft.n_modes))
 
 
 def body_of_shapes(structure: Structure, phi: Array, rigid: MassMoments, markers: Mapping[str, Marker]) -> FlexibleBody:

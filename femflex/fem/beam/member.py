@@ -121,7 +121,7 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     shear = () if stiffness is None else (shear_strain(strain, elements, member, degree, stiffness),)
     axis = elements.positions(stations(elements, member, degree)[0], np.zeros((*strain.weight.shape, 1, 3)))[:, :, 0]
     fibres = _fibres(elements, member, degree, options)
-    places = StrainPlaces("line", axis, lever=np.sqrt(r.polar2), fibres=fibres)
+    places = StrainPlaces("line", axis, lever=np.sqrt(r.polar2), fibres=fibres, axes=elements.frame)
     centre = np.zeros(2) if options["offset"] is None else np.asarray(options["offset"], float)
     skin = partial(swept_outline, elements, member.section, centre)
     return Contribution((blocks,), (strain,), skin, (places,), late=lambda: shear)

@@ -104,6 +104,7 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
                 _rule_points(mesh.points[corners], _SAMPLING[0]),
                 section.thickness / 2,
                 plies=ply_stiffness(section, options["axis"], axes),
+                axes=axes,
             ),
         ),
     )

@@ -94,6 +94,7 @@ def plate(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
                 np.matmul(area_points(LINEAR)[0], x),
                 lever=section.thickness / 2,
                 plies=ply_stiffness(section, options["axis"], axes),
+                axes=axes,
             ),
         ),
     )

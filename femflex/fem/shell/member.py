@@ -20,6 +20,7 @@ from femflex.fem.mesh_warnings import element_text, warn_if_coarse, warn_of_cons
 from femflex.fem.option import Option, Options, member_options
 from femflex.fem.plate.dof_map import member_section
 from femflex.fem.plate.elastic import OPTIONS as PLATE_OPTIONS
+from femflex.fem.plate.frames import plane_frames
 from femflex.fem.sections.laminates import PlateSection
 from femflex.fem.shell.blocks import ALL_ELEMENTS, ShellInertia, ShellStrain, strain_maps
 from femflex.fem.shell.directors import directors, normals_at_nodes
@@ -163,11 +164,19 @@ def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
         half = [variable.heights(patch, rule[0]) / 2 for rule in (_strain_rule(name), _stretch_rule(name))]
         levers: list[Any] = [float(h[0, 0]) if h.size == 1 else np.broadcast_to(h, (len(x), h.shape[1])) for h in half]
         second = cell.order == 2
+        directions = V.reshape(len(x), -1, 3).mean(axis=1)
         plies = [variable.plies(patch, rule[0]) for rule in (_strain_rule(name), _stretch_rule(name))]
         sampled = (coarse_positions, levers[1], plies[1]) if second else (None, None, None)
         places.append(
             StrainPlaces(
-                "plate", positions, sampled[0], levers[0], sampled[1], plies=plies[0], sampled_plies=sampled[2]
+                "plate",
+                positions,
+                sampled[0],
+                levers[0],
+                sampled[1],
+                plies=plies[0],
+                sampled_plies=sampled[2],
+                axes=plane_frames(directions / np.linalg.norm(directions, axis=1)[:, None]),
             )
         )
         late.append(partial(_drilling, geometry, dofs, numbering, float(section.A[2, 2])))

@@ -29,6 +29,7 @@ def slow_loads(
     fastest: float = FASTEST,
     least: float = 0.0,
     linear: bool = False,
+    others: Sequence[Array] = (),
 ) -> Array:
     """Load vectors (n_dof, k) of those accelerations and loads (`with_attachment`) whose static shapes are slow.
 
@@ -37,12 +38,13 @@ def slow_loads(
     group are treated as one space, of which the slow part is used, and so are moments and accelerations: the result
     does not depend on the axes of the mesh. fastest: highest frequency over that of the set.
     least: share of a load's static work that the set must lack for its shape to be added.
+    others: further spaces of load vectors (n_dof, k).
     With many modes an axial load is not faster than that; unless strain is linear it is omitted where the derivatives
     of the set represent it (`is_second_order_response`).
     """
     highest = np.nanmax(modes.omega, initial=0.0)
     slow = [np.zeros((structure.n_dof, 0))]
-    for F in _load_spaces(structure, directions, loads or {}):
+    for F in (*_load_spaces(structure, directions, loads or {}), *others):
         x = residual_vectors(structure, modes, F)
         size = np.sqrt(np.einsum("in,in->n", x, structure.M @ x))
         F, x = F[:, size > 0.0] / size[size > 0.0], x[:, size > 0.0] / size[size > 0.0]
