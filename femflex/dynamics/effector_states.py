@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from femflex.arrays import Array
 from femflex.system import Channel, Effector, System, Threshold
 from femflex.system.effector_problems import unknown_name_text
 
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
 
+SETTLING, STEP, SETTLED = 60, 1e-4, 1e-10  # iterations; step and last change, in sizes of the states
 MOMENTUM = ("momentum_x", "momentum_y", "momentum_z")  # channels, inertial components
 
 
@@ -90,6 +92,40 @@ def with_starts(model: Model) -> Model:
     missing = np.array([value for _, value, _ in targets.values()]) - values[:, 0]
     x[positions] += np.linalg.solve(values[:, 1:] - values[:, :1], missing) * sizes
     return replace(model, x0=x)
+
+
+def with_settled_starts(model: Model) -> Model:
+    """Return the model in which the states of effectors that start settled (`Effector.settles`) do not change.
+
+    Raises ValueError with the state that goes on changing.
+    """
+    system = model.system
+    names = [name for name, _ in system.state_names()]
+    effectors = [e for e in system.effectors if isinstance(e, Effector) and e.settles]
+    own = [name for e in effectors for name, _ in e.state_names() if name not in system.z0]
+    if not own:
+        return model
+    places = model.n_q + model.n_u + np.array([names.index(name) for name in own])
+    sizes = system.state_sizes()[places - model.n_q - model.n_u]
+    x = model.x0.copy()
+
+    def rates(dz: Array) -> Array:
+        y = x.copy()
+        y[places] += dz
+        return np.asarray(model.state_rate(0.0, y)[places])
+
+    for _ in range(SETTLING):
+        rate = rates(0.0 * sizes)
+        F = np.stack([(rates(step) - rates(-step)) / (2 * step.max()) for step in np.diag(STEP * sizes)], axis=1)
+        change = np.linalg.lstsq(F, -rate, rcond=None)[0]
+        x[places] += np.clip(change, -sizes / 2, sizes / 2)
+        if np.abs(change).max() < SETTLED * np.abs(x[places]).max():
+            return replace(model, x0=x)
+    worst = int(np.argmax(np.abs(change) / sizes))
+    raise ValueError(
+        f"the state {own[worst]!r} has no value at which it stays at the start, as where no light reaches a surface; "
+        "give its initial value instead of equilibrium"
+    )
 
 
 def check_distances(model: Model) -> None:

@@ -21,6 +21,7 @@ from femflex.dynamics.effector_states import (
     sensor_problems,
     threshold_problems,
     with_linear_effectors,
+    with_settled_starts,
     with_starts,
 )
 from femflex.dynamics.events import AllEvents, Latches, StateEvents
@@ -325,6 +326,7 @@ def compile_system(system: System) -> Model:
         all_channels=channels,
     )
     model = with_starts(with_constraints(tree) if system.loops or system.constraints else tree)
+    model = with_settled_starts(model)
     check_distances(model)
     check_user_functions(model)
     return model

@@ -140,6 +140,10 @@ class EffectorNoun(Parametric):
         """(body, group) in which it induces strain (`femflex.body.InducedStrain`); it needs their patches too."""
         return ()
 
+    def files(self) -> tuple[tuple[str, str], ...]:
+        """(key, name) of the files that it names."""
+        return ()
+
     def load_sets(self) -> tuple[tuple[str, str], ...]:
         """(body, set of loads) of the body's deck that it needs (`femflex.body.LoadSet`)."""
         return ()

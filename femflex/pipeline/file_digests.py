@@ -45,7 +45,7 @@ def _files(case: Case) -> Iterator[tuple[str, str, Callable[[Path], str]]]:
         if isinstance(body, FileTable):
             yield f"bodies.{name}.file", body.file, _body_digest
         if isinstance(body, MatricesTable):
-            yield from ((f"bodies.{name}.matrices{key}", file, _matrices_digest) for key, file in body.files)
+            yield from ((f"bodies.{name}.matrices{key}", file, _bytes_digest) for key, file in body.files)
         if isinstance(body, RigidTable):
             shapes = [(k, shape.file) for k, shape in enumerate(body.shapes) if isinstance(shape, MeshShape)]
             yield from ((f"bodies.{name}.shapes[{k}].file", file, _mesh_digest) for k, file in shapes)
@@ -54,6 +54,9 @@ def _files(case: Case) -> Iterator[tuple[str, str, Callable[[Path], str]]]:
     for k, load in enumerate(case.loads):
         if load.table is not None:
             yield f"loads[{k}].table", load.table, _load_digest
+    for heading, nouns in case.effectors.items():
+        for name, noun in nouns.items():
+            yield from ((f"{heading}.{name}.{key}", file, _bytes_digest) for key, file in noun.files())
 
 
 def _motion_file(motion: Motion, folder: Path) -> dict[str, str]:
@@ -106,7 +109,7 @@ def _body_digest(path: Path) -> str:
         return content_digest(contents)
 
 
-def _matrices_digest(path: Path) -> str:
+def _bytes_digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 

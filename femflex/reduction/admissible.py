@@ -330,9 +330,7 @@ def _patches(
     return {"all": patches}, markers
 
 
-def _induced_strain(
-    beam: UniformBeam, functions: BeamFunctions, X: Array, V1: Array, strain: str
-) -> InducedStrain:
+def _induced_strain(beam: UniformBeam, functions: BeamFunctions, X: Array, V1: Array, strain: str) -> InducedStrain:
     """Forces of strain induced in each patch on the coordinates with columns X (count, n).
 
     Held at both ends, a heated part presses on the whole beam; the force is that of the beam's mean flexibility.

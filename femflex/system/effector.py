@@ -97,6 +97,9 @@ class Effector:
     accounts    which of energy, dissipation, supplied and mass_flow it writes
     exerts      which of force, torque and effort it may write; the others are zero, and are not reported
     zeros       channels that stay zero with these parameters, and are not reported
+    strained    (body, group) in which it induces strain (`femflex.body.InducedStrain`), of n_strains amplitudes: the
+    n_strains   first channels are these, patch by patch, then come their rates; neither is reported. The model adds the
+                energy of this strain, and the power that its change supplies, to what the function accounts for
     parameters  (n,) constants
     jacobian    (seen, J) -> None: J (n_states, n_states) = d zdot / d z for implicit integrators; None: by differences
     events      instants at which its states jump
@@ -104,6 +107,7 @@ class Effector:
     starts      channel -> (state, value): the state starts so that the channel has this value, unless System.z0 says
                 where it starts; channels are linear in these states
     kind        its name in messages, such as "wheel"
+    settles     whether its states start where they do not change, unless System.z0 says where they start
     conserves   whether what it exerts leaves the momentum of the whole craft as it is
     apart       distance that its two markers keep at least at the start, as its force needs a direction [m]
     coasting    (name, states (n_states,)) -> the same with constant momentum, for steady states
@@ -127,12 +131,15 @@ class Effector:
     accounts: tuple[str, ...] = ()
     exerts: tuple[str, ...] = EXERTED
     zeros: tuple[str, ...] = ()
+    strained: tuple[str, str] | None = None
+    n_strains: int = 0
     parameters: Array = field(default_factory=lambda: np.zeros(0))
     jacobian: Act | None = None
     events: tuple[StateEvent, ...] = ()
     breaks: Array = field(default_factory=lambda: np.zeros(0))
     starts: Mapping[str, tuple[str, float]] = field(default_factory=dict)
     kind: str = "effector"
+    settles: bool = False
     conserves: bool = False
     apart: float = 0.0
     coasting: Callable[[str, Array], Effector] | None = None
@@ -176,7 +183,7 @@ class Effector:
     def acts(self) -> bool:
         """Whether it can do work on the motion."""
         at_markers = bool(self.markers) and ("force" in self.exerts or "torque" in self.exerts)
-        return at_markers or (bool(self.freedoms) and "effort" in self.exerts)
+        return at_markers or (bool(self.freedoms) and "effort" in self.exerts) or self.strained is not None
 
     def state_names(self) -> list[tuple[str, str]]:
         """Full name and unit of each state."""

@@ -160,6 +160,46 @@ def apply_forces(i: int, first: int, last: int, records: int, table: Table, pool
         handle = handle_at(table, e["freedoms"] + N_HANDLE * k)
         tau = body_of(table, handle["body"])["work"] + W_TAU + handle["freedom"]
         work[tau] += work[out + 6 * m + k]
+    if e["strained"] > 0:
+        apply_strain(e, table, pool, work)
+
+
+@inner
+def strain_pull(e: Record, k: int, b: Record, i: int, pool: Array, work: Array, V1: int) -> float:
+    """Generalised force on coordinate i of unit amplitude of component k, whose change of stiffness is at V1."""
+    n, pull = b["n"], pool[e["pulls"] + k * b["n"] + i]
+    if V1 >= 0:
+        for j in range(n):
+            pull += pool[V1 + n * i + j] * work[b["delta"] + j]
+    return pull
+
+
+@inner
+def apply_strain(e: Record, table: Table, pool: Array, work: Array) -> None:
+    """Put the forces of the strain that an effector induces on the coordinates of its body."""
+    b, first = body_of(table, e["strained"]), e["out"] + 6 * e["n_markers"] + e["n_freedoms"] + e["n_z"]
+    for k in range(e["n_strains"]):
+        amplitude = work[first + k]
+        if amplitude != 0.0:
+            for i in range(b["n"]):
+                work[b["pn"] + i] += amplitude * strain_pull(e, k, b, i, pool, work, table[e["stiffens"] + k])
+
+
+@inner
+def strain_accounts(e: Record, table: Table, pool: Array, work: Array) -> Vector:
+    """Power that the induced strain gives to the motion, the energy of it, and the power that its change supplies."""
+    b, first = body_of(table, e["strained"]), e["out"] + 6 * e["n_markers"] + e["n_freedoms"] + e["n_z"]
+    power, energy, supplied = 0.0, 0.0, 0.0
+    for k in range(e["n_strains"]):
+        amplitude, rate = work[first + k], work[first + e["n_strains"] + k]
+        stored = 0.0
+        for i in range(b["n"]):
+            pull = strain_pull(e, k, b, i, pool, work, table[e["stiffens"] + k])
+            stored += 0.5 * (pull + pool[e["pulls"] + k * b["n"] + i]) * work[b["delta"] + i]
+            power -= amplitude * pull * work[b["ddelta"] + i]
+        energy += amplitude * stored
+        supplied += rate * stored
+    return power, energy, supplied
 
 
 STEP = 1e-7  # of a state's size: difference for the Jacobian of its rates

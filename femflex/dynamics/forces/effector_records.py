@@ -7,7 +7,7 @@ from collections import defaultdict
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.arrays import Record, Table
+from femflex.arrays import IntArray, Record, Table
 from femflex.dynamics.bodies.added_mass import MATRIX
 from femflex.dynamics.forces.effector_functions import act_address, call_sizes, input_size, output_size
 from femflex.dynamics.layout.pool import Pool, Scratch, add_marker
@@ -26,6 +26,9 @@ EFFECTOR = np.dtype(
             "markers", "freedoms", "inputs",  # table: PORT and HANDLE records, places of inputs from that of z
             "z",  # place of its first state in z
             "parameters", "sizes",  # pool
+            "strained",  # body in which it induces strain; 0: none
+            "n_strains",  # its components
+            "pulls", "stiffens",  # pool: f0 (n_strains, n); table: places (n_strains,) of V1 (n, n) in pool, -1: none
             "before", "after",  # effectors before and after it of its group; -1: none (see `grouped`)
             "seen", "out",  # work: what is seen; what is written, twice
             "pushed",  # work: force (3) and torque (3) of its group up to it, inertial components
@@ -74,6 +77,7 @@ def lowered(
             "markers": port,
             "freedoms": lowered_freedoms(effector, system, bodies),
             "inputs": np.array([offsets[name] for name in effector.inputs], np.int64),
+            "stiffens": lowered_strain(record, effector, system, pool),
         }
         for key, part in parts.items():
             record[key] = position
@@ -142,6 +146,19 @@ def lowered_markers(effector: Effector, system: System, pool: Pool, scratch: Scr
         entries = add_marker(body, marker, system, pool)
         record["place"], record["shape"], record["spin"], record["bends"] = entries
     return records
+
+
+def lowered_strain(record: Record, effector: Effector, system: System, pool: Pool) -> IntArray:
+    """Places (n_strains,) of the change of stiffness by each component of the strain that an effector induces."""
+    if effector.strained is None:
+        return np.zeros(0, np.int64)
+    body, group = effector.strained
+    induced = system.bodies[body].induced[group]
+    n = induced.f0.shape[-1]
+    f0, V1 = induced.f0.reshape(-1, n), induced.V1.reshape(-1, n, n)
+    record["strained"], record["n_strains"] = 1 + system.order.index(body), len(f0)
+    record["pulls"] = pool.add(f0.ravel())
+    return np.array([pool.add(change.ravel()) if change.any() else -1 for change in V1], np.int64)
 
 
 def lowered_freedoms(effector: Effector, system: System, bodies: Records) -> Records:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from femflex.arrays import Array, Record, Table
 from femflex.dynamics.bodies.added_mass import take_added_mass
 from femflex.dynamics.forces.added_mass import write_added_masses
-from femflex.dynamics.forces.effector_calls import apply_forces, correct, evaluate_effector
+from femflex.dynamics.forces.effector_calls import apply_forces, correct, evaluate_effector, strain_accounts
 from femflex.dynamics.forces.effector_functions import N_ACCOUNTS
 from femflex.dynamics.forces.effector_records import CRAFT, N_EFFECTOR, PLACE, effector_at, lowered
 from femflex.dynamics.forces.force_term import ForceTerm, Records
@@ -108,6 +108,11 @@ def report(
         row[position] = power
         for k in range(N_ACCOUNTS):
             row[position + 1 + k] = work[channels + e["n_channels"] + k]
+        if e["strained"] > 0:
+            given, stored, supplied = strain_accounts(e, table, pool, work)
+            row[position] += given
+            row[position + 1] += stored
+            row[position + 3] += supplied
         account[A_ENERGY] += row[position + 1]
         account[A_DISSIPATION] += row[position + 2]
         account[A_SUPPLIED] += row[position + 3]
@@ -188,8 +193,9 @@ def channels_of_effector(effector: Effector) -> dict[str, Channel]:
     if f:
         text = f"force or torque of {name} along its degrees of freedom"
         out["effort"] = Channel("N, N m", text, (f,), effector.freedoms, reported="effort" in effector.exerts)
+    hidden = [*effector.zeros, *list(effector.channels)[: 2 * effector.n_strains]]
     for channel, unit in effector.channels.items():
-        out[channel] = Channel(unit, f"{channel} of {effector.kind} {name}", reported=channel not in effector.zeros)
+        out[channel] = Channel(unit, f"{channel} of {effector.kind} {name}", reported=channel not in hidden)
     out["power"] = Channel("W", f"power that {name} gives to the motion", reported=effector.acts)
     for account, (unit, what) in ACCOUNTS.items():
         out[account] = Channel(unit, f"{what} by {name}", reported=account in effector.accounts)

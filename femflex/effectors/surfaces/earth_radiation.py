@@ -14,7 +14,6 @@ a craft do not shade one another.
 
 from __future__ import annotations
 
-import math
 from typing import Annotated
 
 from numpy.typing import ArrayLike
@@ -22,15 +21,13 @@ from numpy.typing import ArrayLike
 from femflex.arrays import Array
 from femflex.effectors.surfaces.forces import CENTRE, COUNT, FACETS, HEAD, inputs_of
 from femflex.effectors.surfaces.light import WIDTH, Light, light_on_facet
+from femflex.effectors.surroundings.earth_disc import RINGS, SECTORS, disc_axes, disc_part
 from femflex.effectors.surroundings.noun import orbit_signals
 from femflex.effectors.surroundings.sun import AU, LIGHT_PRESSURE, SPEED_OF_LIGHT, Sun
 from femflex.kernels.vectors import ZERO, add, cross, dot, load3, load9, scale, store3, turn, turn_back
 from femflex.noun.values import Quantity
 from femflex.system.acting import Context
 
-NODES = (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263)  # Gauss, from 0 to 1
-WEIGHTS = (0.17392742256872692, 0.32607257743127307, 0.32607257743127307, 0.17392742256872692)
-RINGS, SECTORS = len(NODES), 8
 ALBEDO, INFRARED, RADIUS = HEAD, HEAD + 1, HEAD + 2
 
 
@@ -69,26 +66,16 @@ def earth_radiation(t: float, seen: Array, z: Array, parameters: Array, out: Arr
     for i in range(6 * m + 4):
         out[i] = 0.0
     place, radius = load3(seen, 18 * m), p[RADIUS]
-    r = math.sqrt(dot(place, place))
-    if r <= radius:
+    if dot(place, place) <= radius * radius:
         return
     to_sun, reflected = ZERO, 0.0
     if p[ALBEDO] > 0.0:
         to_sun = load3(seen, 18 * m + 6)
         reflected = p[ALBEDO] * LIGHT_PRESSURE * (AU / seen[18 * m + 9]) ** 2
-    up, normal = scale(1.0 / r, place), cross(place, load3(seen, 18 * m + 3))
-    normal = scale(1.0 / math.sqrt(dot(normal, normal)), normal)
-    ahead, limb = cross(normal, up), math.sqrt(1.0 - (radius / r) ** 2)  # limb: cosine of its angle from the nadir
+    axes = disc_axes(place, load3(seen, 18 * m + 3))
     for ring in range(RINGS):
-        mu = limb + (1.0 - limb) * NODES[ring]
-        sine = math.sqrt(1.0 - mu * mu)
-        distance = r * mu - math.sqrt(radius * radius - (r * sine) ** 2)
-        share = 2.0 * (1.0 - limb) * WEIGHTS[ring] / SECTORS  # solid angle over pi
         for sector in range(SECTORS):
-            angle = 2.0 * math.pi * (sector + 0.5 * (ring % 2)) / SECTORS
-            level = add(scale(math.cos(angle), ahead), scale(math.sin(angle), normal))
-            direction = add(scale(-mu, up), scale(sine, level))
-            ground = scale(1.0 / radius, add(place, scale(distance, direction)))
+            direction, ground, share = disc_part(ring, sector, place, radius, axes)
             pressure = share * (p[INFRARED] + reflected * max(0.0, dot(ground, to_sun)))
             for k in range(m):
                 C = load9(seen, 3 * m + 9 * k)

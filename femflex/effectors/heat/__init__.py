@@ -1,0 +1,1 @@
+"""Heat: temperatures of the surfaces of bodies, or given ones, and the strain that they induce."""
