@@ -34,9 +34,9 @@ ALLOWED = {
     "dynamics": {"effectors", "system", "body", "rotations", "kernels", "summary"},
     "results": {"noun", "body", "system", "rotations", "reading", "writing", "hdf5"},
     "view": {"results", "body", "kernels", "mesh", "rotations", "writing"},
-    "export": {"view", "results", "body", "rotations", "writing"},
+    "export": {"view", "results", "body", "rotations", "writing", "studies", "effectors", "system"},
     "report": EVERYTHING - {"cli", "__init__"},
-    "studies": EVERYTHING - {"cli", "report"},
+    "studies": EVERYTHING - {"cli", "report", "export"},
     "disturbances": {"noun", "system"},
     "case": {
         "noun",

@@ -28,7 +28,7 @@ from femflex.cli.verb import verb
 if TYPE_CHECKING:
     from femflex.studies.linear import LinearModel, Pole, StateSpace
 
-MODEL = "model"
+MODEL, SOURCE = "model", "source"
 SHOWN = 24  # poles printed as text
 PARTS = 3  # states named per pole
 
@@ -71,7 +71,9 @@ def linearize(
     ] = False,
     output: Annotated[
         list[Path] | None,
-        typer.Option("-o", "--output", help="Model (.mat, .npz, .h5) or Bode plot (.png, .svg); may be repeated."),
+        typer.Option(
+            "-o", "--output", help="Model (.mat, .npz, .h5), C source (.c) or Bode plot (.png, .svg); may be repeated."
+        ),
     ] = None,
     theme: Theme = "light",
     force: Force = False,
@@ -83,7 +85,7 @@ def linearize(
     About the equilibrium nearest to the case's initial state (at rest, in steady spin, in orbit), or about the state of
     a run at a time. Loads that vary do not act in the equilibrium unless --at says when.
     """
-    files = outputs(output, {MODEL: (".mat", ".npz", ".h5"), PICTURE: DIAGRAM_SUFFIXES}, force, theme)
+    files = outputs(output, {MODEL: (".mat", ".npz", ".h5"), SOURCE: (".c",), PICTURE: DIAGRAM_SUFFIXES}, force, theme)
     time = read_seconds(at, "--at")
     if run is not None and time is None:
         raise ValueError("--run names a run, whose state at a time is taken; give the time too (--at '3 s')")
@@ -107,6 +109,10 @@ def linearize(
             reduced_model = modal_truncation(model, 6.283185307179586 * below)
         if balanced is not None:
             reduced_model = balanced_truncation(model, balanced)
+    if SOURCE in files:
+        from femflex.export.linear import check_constant
+
+        check_constant(model)
     written_files = write_files(reduced_model, files, parsed_case.title or case.stem, (theme, force, nichols))
     with printed(as_json):
         print_title(parsed_case.title or case.name)
@@ -118,17 +124,22 @@ def linearize(
 
 def write_files(
     model: StateSpace, files: dict[str, Path], title: str, style: tuple[str, bool, bool]
-) -> list[tuple[str, Path]]:
-    """Write the requested files; return the kind and the path of each."""
+) -> list[tuple[str, Path | str]]:
+    """Write the requested files; return the kind and the path of each, with what is worth saying."""
     from femflex.studies.linear import save_model
     from femflex.studies.linear.space import response_grid
     from femflex.view.bode import plot_bode, plot_nichols
     from femflex.view.plot import PlotOptions
 
     theme, force, nichols = style
-    written_files = []
+    written_files: list[tuple[str, Path | str]] = []
     if MODEL in files:
         written_files.append((MODEL, save_model(model, files[MODEL], force)))
+    if SOURCE in files:
+        from femflex.export.linear import write_c
+
+        lines = write_c(model, files[SOURCE], force)
+        written_files.append((SOURCE, "\n".join([str(files[SOURCE]), *(f"{'':11} {line}" for line in lines)])))
     if PICTURE in files:
         omega, options = response_grid(model), PlotOptions(theme=theme, title=title, force=force)
         G = model.frequency_response(omega)

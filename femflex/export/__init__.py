@@ -1,4 +1,4 @@
-"""Runs as files of other programs: moving scenes and tables. A writer is one function in one file."""
+"""Runs and models as files of other programs: scenes, tables, linear models. A writer is one function in one file."""
 
 from femflex.export.register import WRITERS, Writer, export_run
 

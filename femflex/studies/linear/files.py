@@ -10,6 +10,7 @@ from femflex.arrays import Array
 from femflex.hdf5 import atomic_hdf5
 from femflex.results import open_run
 from femflex.studies.linear.linear_model import LinearModel
+from femflex.studies.linear.second_order import second_order
 from femflex.studies.linear.space import StateSpace
 from femflex.system import System
 from femflex.writing import atomic_file
@@ -22,7 +23,9 @@ def save_model(model: StateSpace, path: str | Path, force: bool = False) -> Path
 
     Returns the path.
 
-    DG is D + G, damping and gyroscopic; y0 the outputs and t the time about which it holds. Raises ValueError for
+    DG is D + G, damping and gyroscopic, which stand there one by one too, with `turning` W, `coupling` R, `forces` Q
+    and `modes` Phi (`SecondOrder`); y0 the outputs and t the time about which it holds. `input_frames` and
+    `output_frames` name the axes of components, as `Channel.frame`. Raises ValueError for
     another suffix than .mat, .npz, .h5, and FileExistsError unless `force`.
     """
     path = Path(path)
@@ -32,11 +35,15 @@ def save_model(model: StateSpace, path: str | Path, force: bool = False) -> Path
     numbers = {"A": model.A, "B": model.B, "C": model.C, "D": model.D}
     if isinstance(model, LinearModel):
         numbers |= {"M": model.mass, "DG": model.damping, "K": model.stiffness, "y0": model.y0, "t": np.array(model.t)}
+        form, keys = second_order(model), ("damping", "gyroscopic", "turning", "coupling", "forces", "modes")
+        numbers |= {key: getattr(form, key) for key in keys}
     texts = {}
     for key in ("states", "inputs", "outputs"):
         pairs = getattr(model, key)
         texts[key] = [name for name, _ in pairs]
         texts[key.removesuffix("s") + "_units"] = [unit for _, unit in pairs]
+        if key != "states":
+            texts[key.removesuffix("s") + "_frames"] = [model.frames.get(name, "") for name, _ in pairs]
     if kind == ".h5":
         import h5py
 

@@ -34,7 +34,7 @@ STEP = 1e-4  # of that size: the first of steps that fall
 
 @dataclass(frozen=True, eq=False)
 class Input:
-    """An input by its path; step: largest change of it up and down; kind: type of its owner."""
+    """An input by its path; step: largest change of it up and down; kind: type of its owner; frame: its axes."""
 
     path: str
     unit: str
@@ -42,6 +42,7 @@ class Input:
     owner: str
     component: str
     step: float
+    frame: str = ""
 
     @property
     def is_affine(self) -> bool:
@@ -105,14 +106,14 @@ def all_inputs(system: System) -> dict[str, Input]:
     """All possible inputs of a system by path."""
     inputs: list[Input] = []
     largest = max(1.0, sum(body.moments.mass for body in system.bodies.values()))
-    owners = [("load", load.name, f"loads/{load.name}") for load in system.loads]
+    owners = [("load", load.name, f"loads/{load.name}", load.frame) for load in system.loads]
     for name, body in system.bodies.items():
         labels = {marker: marker_label(system.segments, name, marker) for marker in body.markers}
-        owners += [("marker", f"{name}.{marker}", f"markers/{label}") for marker, label in labels.items()]
-    for kind, owner, path in owners:
+        owners += [("marker", f"{name}.{marker}", f"markers/{label}", "marker") for marker, label in labels.items()]
+    for kind, owner, path, frame in owners:
         components = [(f"{quantity}:{axis}", unit) for quantity, unit in UNITS.items() for axis in XYZ]
         inputs += [
-            Input(f"{path}/{component}", unit, kind, owner, component, largest) for component, unit in components
+            Input(f"{path}/{component}", unit, kind, owner, component, largest, frame) for component, unit in components
         ]
     for joint in system.joints:
         for k, name in enumerate(joint.freedom_names()):
@@ -127,7 +128,7 @@ def all_inputs(system: System) -> dict[str, Input]:
                 path, unit = f"effectors/{effector.name}/{channel}", effector.channels[channel]
                 inputs.append(Input(path, unit, "effector", effector.name, channel, STEP * SIZE))
     if system.orbit is None:
-        inputs += [Input(f"{BASE}:{axis}", "m/s^2", "base", "", axis, 1.0) for axis in XYZ]
+        inputs += [Input(f"{BASE}:{axis}", "m/s^2", "base", "", axis, 1.0, "inertial") for axis in XYZ]
     return {entry.path: entry for entry in inputs}
 
 

@@ -153,7 +153,15 @@ class _Builder:
         return LinearModel(
             A, B, C, D, tuple(zip(names, units, strict=True)), tuple((entry.path, entry.unit) for entry in self.inputs),
             self.outputs, linear.M, linear.D, linear.K, self.model, self.x, self.t, self.y0, about, left_out,
+            frames=self._frames(),
         )  # fmt: skip
+
+    def _frames(self) -> dict[str, str]:
+        """Axes of every input and output that has some."""
+        frames = {entry.path: entry.frame for entry in self.inputs}
+        for (path, _), (name, _) in zip(self.output_indices, self.outputs, strict=True):
+            frames[name] = self.model.channels[path].frame
+        return {name: frame for name, frame in frames.items() if frame}
 
     def _state_names(self, linear: Linearised, prescribed: list[Input]) -> tuple[list[str], list[str]]:
         system = self.model.system

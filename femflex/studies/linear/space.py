@@ -7,8 +7,8 @@ x, u and y are departures from the values about which the model holds.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
@@ -55,7 +55,10 @@ def response_grid(model: StateSpace, lowest: float | None = None, highest: float
 
 @dataclass(frozen=True, eq=False)
 class StateSpace:
-    """A (n, n), B (n, n_in), C (n_out, n), D (n_out, n_in), and (name, unit) of every state, input and output."""
+    """A (n, n), B (n, n_in), C (n_out, n), D (n_out, n_in), and (name, unit) of every state, input and output.
+
+    frames  name of an input or output -> axes of its component, as `Channel.frame`; nothing where it has no axes
+    """
 
     A: Array
     B: Array
@@ -64,6 +67,7 @@ class StateSpace:
     states: tuple[tuple[str, str], ...]
     inputs: tuple[tuple[str, str], ...]
     outputs: tuple[tuple[str, str], ...]
+    frames: Mapping[str, str] = field(default_factory=dict, kw_only=True)
 
     def __post_init__(self) -> None:
         n, n_in, n_out = len(self.states), len(self.inputs), len(self.outputs)

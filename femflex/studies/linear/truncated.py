@@ -125,7 +125,7 @@ def _with_state_names(
     A: Array, B: Array, C: Array, D: Array, model: StateSpace, word: str, sigma: Array, bound: float
 ) -> Truncated:
     states = tuple((f"{word} {k + 1}", "1") for k in range(len(A)))
-    return Truncated(A, B, C, D, states, model.inputs, model.outputs, sigma, bound)
+    return Truncated(A, B, C, D, states, model.inputs, model.outputs, sigma, bound, frames=model.frames)
 
 
 def transmission_zeros(model: StateSpace) -> ComplexArray:
