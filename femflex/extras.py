@@ -15,6 +15,7 @@ PACKAGES: Mapping[str, tuple[str, ...]] = {  # extra -> what it brings, by the n
     "matrices": ("pyyeti",),
     "air": ("pymsis",),
     "sweep": ("distributed",),
+    "fmi": ("pythonfmu3",),
 }
 
 

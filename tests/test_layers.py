@@ -34,7 +34,7 @@ ALLOWED = {
     "dynamics": {"effectors", "system", "body", "rotations", "kernels", "summary"},
     "results": {"noun", "body", "system", "rotations", "reading", "writing", "hdf5"},
     "view": {"results", "body", "kernels", "mesh", "rotations", "writing"},
-    "export": {"view", "results", "body", "rotations", "writing", "studies", "effectors", "system"},
+    "export": EVERYTHING - {"cli", "report"},
     "report": EVERYTHING - {"cli", "__init__"},
     "studies": EVERYTHING - {"cli", "report", "export"},
     "disturbances": {"noun", "system"},

@@ -1,4 +1,4 @@
-"""`femflex export`: a run as the file of another program."""
+"""`femflex export`: a run, or a craft to be stepped, as the file of another program."""
 
 from __future__ import annotations
 
@@ -7,40 +7,77 @@ from typing import Annotated
 
 import typer
 
-from femflex.cli.options import Force, MovedCase, RunFile, SceneCamera
+from femflex.cli.options import Force, MovedCase, RunFile, SceneCamera, split_names
 from femflex.cli.progress import Patience
 from femflex.cli.verb import verb
+
+FMU = ".fmu"
 
 
 @verb("femflex export orbiter_beam.h5 -o orbiter_beam.glb")
 def export(
-    file: RunFile,
+    file: Annotated[
+        Path, typer.Argument(help="Result file of a run; of an FMU the case file (TOML).", show_default=False)
+    ],
     channels: Annotated[
         list[str] | None,
-        typer.Argument(help="Channels of a table, such as attitude/angles. Default: all.", show_default=False),
+        typer.Argument(
+            help="Channels of a table or an FMU, such as attitude/angles. Default: all; of an FMU the usual ones.",
+            show_default=False,
+        ),
     ] = None,
     output: Annotated[
         Path | None,
         typer.Option(
             "-o",
             "--output",
-            help="File. Scenes: .glb (glTF), .vtkhdf and .pvd (ParaView). Tables: .csv, .parquet, .mat, .nc. Default: "
-            "a .glb file in the folder of the run.",
+            help="File. Scenes: .glb (glTF), .vtkhdf and .pvd (ParaView). Tables: .csv, .parquet, .mat, .nc. "
+            "Craft for co-simulation: .fmu (FMI 3.0). Default: a .glb file in the folder of the run.",
         ),
     ] = None,
     camera: SceneCamera = "auto",
     instants: Annotated[
         int, typer.Option("--instants", min=0, help="Instants of a scene, equally spaced. 0: every row of the run.")
     ] = 0,
+    inputs: Annotated[
+        str | None,
+        typer.Option(
+            "--inputs",
+            help="Inputs of an FMU, separated by commas, beside those of the case. Default: its loads and signals.",
+        ),
+    ] = None,
     force: Force = False,
 ) -> None:
-    """Write a run for other programs: a moving scene for Blender, browsers or ParaView, or a table of channels."""
+    """Write a run for other programs: a moving scene for Blender, browsers or ParaView, or a table of channels.
+
+    A case becomes an FMU, which other programs step; linearize writes its linear model as one without Python.
+    """
     from femflex.export import export_run
     from femflex.results import open_run
 
-    target = output or file.with_suffix(".glb")
+    target = output or file.with_suffix(FMU if file.suffix.lower() == ".toml" else ".glb")
+    if target.suffix.lower() == FMU:
+        if camera != "auto" or instants:
+            raise ValueError(f"{target.name} is a craft to be stepped; --camera and --instants are of scenes")
+        _export_craft(file, target, inputs, channels, force)
+        return
+    if inputs is not None:
+        raise ValueError(f"--inputs are of FMUs, and {target.name} is none")
     with open_run(file) as run, Patience(f"writing {target.name}"):
         lines = export_run(run, target, channels or (), camera, instants, force)
+    print(f"export      {target}, {target.stat().st_size / 1e6:.2g} MB")
+    for line in lines:
+        print(f"            {line}")
+
+
+def _export_craft(file: Path, target: Path, inputs: str | None, channels: list[str] | None, force: bool) -> None:
+    """Write the craft of a case as an FMU."""
+    from femflex.export.fmi import write_craft_fmu
+
+    with Patience("building the craft"):
+        lines = write_craft_fmu(
+            file, target, None if inputs is None else split_names([inputs]), channels or None, force
+        )
     print(f"export      {target}, {target.stat().st_size / 1e6:.2g} MB")
     for line in lines:
         print(f"            {line}")

@@ -28,7 +28,7 @@ from femflex.cli.verb import verb
 if TYPE_CHECKING:
     from femflex.studies.linear import LinearModel, Pole, StateSpace
 
-MODEL, SOURCE = "model", "source"
+MODEL, SOURCE, FMU = "model", "source", "FMU"
 SHOWN = 24  # poles printed as text
 PARTS = 3  # states named per pole
 
@@ -72,7 +72,9 @@ def linearize(
     output: Annotated[
         list[Path] | None,
         typer.Option(
-            "-o", "--output", help="Model (.mat, .npz, .h5), C source (.c) or Bode plot (.png, .svg); may be repeated."
+            "-o",
+            "--output",
+            help="Model (.mat, .npz, .h5), C source (.c), FMU (.fmu) or Bode plot (.png, .svg); may be repeated.",
         ),
     ] = None,
     theme: Theme = "light",
@@ -85,7 +87,12 @@ def linearize(
     About the equilibrium nearest to the case's initial state (at rest, in steady spin, in orbit), or about the state of
     a run at a time. Loads that vary do not act in the equilibrium unless --at says when.
     """
-    files = outputs(output, {MODEL: (".mat", ".npz", ".h5"), SOURCE: (".c",), PICTURE: DIAGRAM_SUFFIXES}, force, theme)
+    files = outputs(
+        output,
+        {MODEL: (".mat", ".npz", ".h5"), SOURCE: (".c",), FMU: (".fmu",), PICTURE: DIAGRAM_SUFFIXES},
+        force,
+        theme,
+    )
     time = read_seconds(at, "--at")
     if run is not None and time is None:
         raise ValueError("--run names a run, whose state at a time is taken; give the time too (--at '3 s')")
@@ -109,7 +116,7 @@ def linearize(
             reduced_model = modal_truncation(model, 6.283185307179586 * below)
         if balanced is not None:
             reduced_model = balanced_truncation(model, balanced)
-    if SOURCE in files:
+    if SOURCE in files or FMU in files:
         from femflex.export.linear import check_constant
 
         check_constant(model)
@@ -138,8 +145,11 @@ def write_files(
     if SOURCE in files:
         from femflex.export.linear import write_c
 
-        lines = write_c(model, files[SOURCE], force)
-        written_files.append((SOURCE, "\n".join([str(files[SOURCE]), *(f"{'':11} {line}" for line in lines)])))
+        written_files.append((SOURCE, _with_lines(files[SOURCE], write_c(model, files[SOURCE], force))))
+    if FMU in files:
+        from femflex.export.fmi import write_linear_fmu
+
+        written_files.append((FMU, _with_lines(files[FMU], write_linear_fmu(model, files[FMU], force))))
     if PICTURE in files:
         omega, options = response_grid(model), PlotOptions(theme=theme, title=title, force=force)
         G = model.frequency_response(omega)
@@ -153,6 +163,10 @@ def write_files(
         else:
             written_files.append((PICTURE, plot_bode(omega, pairs, files[PICTURE], **options)))
     return written_files
+
+
+def _with_lines(path: Path, lines: list[str]) -> str:
+    return "\n".join([str(path), *(f"{'':11} {line}" for line in lines)])
 
 
 def print_model(model: LinearModel, reduced_model: StateSpace, zeros: bool, verbose: bool) -> None:
