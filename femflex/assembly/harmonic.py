@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from femflex.arrays import Array
 from femflex.assembly.bodies import marker_groups, patch_groups, turning_markers, with_markers
 from femflex.assembly.decks import load_sets_of, with_deck
 from femflex.assembly.structures import build_modes, preload_of, structure_of
-from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
