@@ -60,6 +60,7 @@ SUBJECTS = {
         "propellant_pendulum scole"
     ),
     "Sun, air and field": "boom_in_the_air shaded_wings sun_synchronous",
+    "Moving ground": "earthquake_tower shaker_panel vehicle_bump",
     "Decks, matrices and shells": "deck_mast deck_laminate deck_half_panels boom_matrices reflector",
     "Mechanisms": "four_bar flexible_chain andrews_squeezer chaplygin_sleigh rolling_disc",
 }

@@ -8,6 +8,7 @@ motion.angle = { kind = "polynomial", coefficients = [0, "1 deg/s"] }
 motion.angle = { kind = "trapezoid", from = 0, to = "30 deg", start = 0, end = "5 s", ramp = "1 s" }
 motion.angle = { kind = "table", times = [0, 1, 2, 3], values = [0, 0.1, 0.3, 0.4], degree = 3, ends = "rest" }
 motion.angle = { kind = "table", file = "track.csv", column = "azimuth" }
+motion.position = { kind = "record", file = "earthquake.csv", column = "north" }    # of the acceleration
 motion.angle = { kind = "sum", parts = [ {...}, {...} ] }
 motion.angles = ["locked", "free", {...}]                          # where a joint has several
 """
@@ -26,6 +27,7 @@ from femflex.noun.units import NOUNS, UnitError
 from femflex.noun.values import Quantity, ValueProblem, _Readable, checked_word, value_text
 from femflex.system.columns import column_of
 from femflex.system.profile import ENDS, Profile
+from femflex.system.record import BASELINES, read_record, record
 
 FREE, LOCKED = "free", "locked"
 KEYS = {
@@ -35,6 +37,7 @@ KEYS = {
     "smooth_step": ("from", "to", "start", "end"),
     "trapezoid": ("from", "to", "start", "end", "ramp"),
     "table": ("times", "values", "file", "column", "degree", "ends"),
+    "record": ("file", "column", "baseline", "factor", "start"),
     "sum": ("parts",),
 }
 NEEDED = {
@@ -43,6 +46,7 @@ NEEDED = {
     "sine": ("amplitude", "frequency"),
     "smooth_step": ("to", "start", "end"),
     "trapezoid": ("to", "start", "end", "ramp"),
+    "record": ("file",),
     "sum": ("parts",),
 }
 MEANINGS = {
@@ -81,6 +85,15 @@ MEANINGS = {
         "column": "Column of the CSV file; its head states the unit, as in 'azimuth [deg]'.",
         "degree": "Degree of the spline, 3 or 5. Default: 3.",
         "ends": "End condition of the spline: 'not_a_knot' or 'rest'. Default: not_a_knot.",
+    },
+    "record": {
+        "kind": "Selects this motion: that with a recorded acceleration, from rest at zero.",
+        "file": "CSV file, or record of PEER (.AT2, in g), relative to the case file.",
+        "column": "Column of accelerations of a CSV file; its head states the unit, as in 'north [g0]'.",
+        "baseline": "'rest': a constant and a slope are taken from the acceleration so that the motion ends at rest "
+        "where it began; 'least': a parabola, with which the mean square of the rate is least; 'none'. Default: rest.",
+        "factor": "Factor on the acceleration. Default: 1.",
+        "start": "Time at which the record begins [s]. Default: that of its first row.",
     },
     "sum": {"kind": "Selects this motion: a sum of motions.", "parts": "The motions that are added, at least two."},
 }
@@ -200,6 +213,20 @@ class MotionOf(_Readable):
             profile=lambda folder: Profile.spline(*column_of(folder / name, column, self.unit), degree, ends),
             files=(name,),
         )
+
+    def _record(self, table: dict[str, Any]) -> Motion:
+        name, column = str(table["file"]), table.get("column")
+        baseline = checked_word(table.get("baseline", "rest"), BASELINES, "baseline", " of a record")
+        factor, start = self._value(table, "factor", "", 1.0), self._value(table, "start", "s")
+
+        def profile(folder: Path) -> Profile:
+            times, acceleration = read_record(
+                folder / name, None if column is None else str(column), f"{self.unit}/s^2"
+            )
+            shift = start - times[0] if "start" in table else 0.0
+            return record(times + shift, acceleration, baseline, factor)
+
+        return Motion(profile=profile, files=(name,))
 
     def _sum(self, table: dict[str, Any]) -> Motion:
         parts = table["parts"]

@@ -9,6 +9,7 @@ from support.random_systems import random_tree
 from femflex.body import Marker, rigid_body
 from femflex.system import Orbit, Profile, Segments, System, assembled, free, revolute, started, weld
 from femflex.system.orbit import EARTH_RADIUS
+from femflex.system.record import read_record, record
 
 TIMES = np.array([0.0, 0.7, 1.1, 2.0, 3.5, 4.0, 6.0])
 PROFILES = {
@@ -152,3 +153,43 @@ def test_parents_come_before_children():
     assert system.root == "a"
     names = [name for name, _ in system.coordinate_names()]
     assert names[:3] == ["base-a.slide1", "base-a.slide2", "base-a.slide3"] and names[-1] == "a-b.angle"
+
+
+def test_record_is_the_motion_of_its_acceleration():
+    """Straight between samples, the acceleration of t^3/6 + t^2/2; the error of a sine is of second order."""
+    t = np.array([1.0, 1.3, 1.9, 2.0, 4.0])
+    profile = record(t, t - 1.0 + 1.0, "none", 2.0)
+    tau = np.linspace(0.0, 2.9, 30)
+    s, rate, acceleration = profile(1.0 + tau)
+    assert s == pytest.approx(2.0 * (tau**3 / 6 + tau**2 / 2), rel=1e-12)
+    assert [rate[-1], acceleration[-1]] == pytest.approx([2.0 * (2.9**2 / 2 + 2.9), 2.0 * 3.9], rel=1e-12)
+    errors = []
+    for n in (200, 400):
+        t = np.linspace(0.0, 5.0, n)
+        errors.append(np.abs(record(t, np.sin(7 * t), "none")(t[:-1])[0] - (t / 7 - np.sin(7 * t) / 49)[:-1]).max())
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05)
+
+
+def test_baselines_of_a_record():
+    """A drift that is a constant and a slope vanishes; a parabola of the acceleration makes the rate orthogonal."""
+    t = np.linspace(0.0, 8.0, 401)
+    pulse = (t * (8.0 - t)) ** 3  # a motion from rest to rest
+    acceleration = np.polynomial.Polynomial.fromroots([0, 0, 0, 8, 8, 8]).deriv(2)(t) * -1.0
+    drifting = acceleration + 3.0 - 0.7 * t
+    s, rate, _ = record(t, drifting, "rest")(np.array([3.0, 8.0, 50.0]))
+    assert s == pytest.approx([pulse[150], 0.0, 0.0], abs=2e-4 * pulse.max())
+    assert rate[1:] == pytest.approx([0.0, 0.0], abs=1e-9 * np.abs(drifting).max())
+    least = record(t, drifting, "least")
+    rate = least(t)[1]
+    for power in (1, 2, 3):
+        assert rate @ t**power == pytest.approx(0.0, abs=1e-9 * np.linalg.norm(rate) * np.linalg.norm(t**power))
+    assert np.isnan(least(8.1)[0]) and np.isnan(least(-0.1)[0])
+
+
+def test_record_of_peer_is_read(tmp_path):
+    path = tmp_path / "quake.AT2"
+    path.write_text("PEER\nQuake, station\nACCELERATION TIME SERIES IN UNITS OF G\nNPTS=   4, DT=   .0050 SEC\n"
+                    "  .1E-01 -.2E-01\n .3E-01 0.0\n")  # fmt: skip
+    times, values = read_record(path, None, "m/s^2")
+    assert times == pytest.approx([0.0, 0.005, 0.01, 0.015])
+    assert values == pytest.approx([0.0980665, -0.196133, 0.2941995, 0.0])
