@@ -84,10 +84,10 @@ def _polynomial_pieces(t: Array, h: Array, power: int) -> Array:
 def _ends(pieces: Array, h: Array) -> tuple[Array, Array]:
     """Position and rate (n,) at the samples of pieces (n - 1, 6) that start at rest at zero."""
     powers = h[:, None] ** np.arange(6)
-    gained_rate = (pieces[:, 2:] * np.arange(2, 6) * powers[:, 1:5]).sum(axis=1)
-    rate = np.concatenate([[0.0], np.cumsum(gained_rate)])
-    gained = (pieces[:, 2:] * powers[:, 2:]).sum(axis=1) + rate[:-1] * h
-    return np.concatenate([[0.0], np.cumsum(gained)]), rate
+    rate, position = np.zeros(len(h) + 1), np.zeros(len(h) + 1)
+    rate[1:] = np.cumsum((pieces[:, 2:] * np.arange(2, 6) * powers[:, 1:5]).sum(axis=1))
+    position[1:] = np.cumsum((pieces[:, 2:] * powers[:, 2:]).sum(axis=1) + rate[:-1] * h)
+    return position, rate
 
 
 def read_record(path: Path, column: str | None, unit: str) -> tuple[Array, Array]:
@@ -98,8 +98,8 @@ def read_record(path: Path, column: str | None, unit: str) -> tuple[Array, Array
     if path.suffix.lower() != PEER:
         if column is None:
             raise ValueError(f"{path.name} needs the name of its column of accelerations; give column")
-        times, values = column_of(path, column, unit)
-        return np.array(times), np.array(values)
+        times, accelerations = column_of(path, column, unit)
+        return np.array(times), np.array(accelerations)
     if not path.is_file():
         raise ValueError(f"found file {path.name!r}, which does not exist; names are relative to the case file")
     try:
@@ -116,4 +116,4 @@ def read_record(path: Path, column: str | None, unit: str) -> tuple[Array, Array
     if len(values) != count:
         found = counted_noun(len(values), "value", "values")
         raise ValueError(f"{path.name} has {found}; its head says NPTS = {count}")
-    return step * np.arange(count), values * to_si("1 g0", "m/s^2")
+    return np.linspace(0.0, step * (count - 1), count), values * to_si("1 g0", "m/s^2")
