@@ -74,7 +74,7 @@ def draw_modes(modes: SystemModes, files: dict[str, Path], mode: int | None, tit
         with Bar("drawing", unit="frames") as bar:
             craft_movie(modes.skin([mode]), caption(modes, mode), files[MOVIE], force=force, progress=bar)
     if REPORT in files:
-        from femflex.report.modes import write_modes_report
+        from femflex.report.studies import write_modes_report
 
         write_modes_report(modes, title, files[REPORT], force)
 

@@ -226,7 +226,7 @@ def warn_of_incompressible(name: str, nodes: IntArray, C: Array, isotropic: bool
     """Warn of cells with nodes (e, k) that are too stiff because their material is nearly incompressible.
 
     C (6, 6) [Pa]: its elastic matrix; the ratio is that of an isotropic material with the same bulk and mean shear
-    modulus. Second-order cells of isotropic materials do not lock (`femflex.fem.solid.volume`), but a single layer of
+    modulus. Second-order cells of isotropic materials do not lock (`femflex.fem.solid.member`), but a single layer of
     bricks that is clamped cannot contract across near its clamp as it should.
     """
     sound = CELL_TYPES[name].order == 2 and isotropic

@@ -33,7 +33,7 @@ class StaticLoads:
 
     @classmethod
     def at(cls, points: Sequence[int] | IntArray, forces: ArrayLike = 0.0, torques: ArrayLike = 0.0) -> StaticLoads:
-        """Forces and torques, each (k, 3) or (3,) for all, at points."""
+        """Forces [N] and torques [N m], each (k, 3) or (3,) for all, at points."""
         vectors = [np.broadcast_to(np.asarray(value, float), (len(points), 3)) for value in (forces, torques)]
         return cls(np.array(points, np.int64), *vectors)
 

@@ -11,7 +11,6 @@ from femflex import simulate
 from femflex.body import rigid_body
 from femflex.dynamics import compile_system
 from femflex.effectors import Moon, Sun
-from femflex.noun.epoch import days_since_j2000
 from femflex.rotations import dcm_from_angles, dcm_from_quaternion
 from femflex.system import (
     EARTH_J2,
@@ -26,6 +25,7 @@ from femflex.system import (
     spherical,
     with_effectors,
 )
+from femflex.system.environment import days_since_j2000
 
 MASS, INERTIA = 100.0, np.diag([10.0, 12.0, 14.0])
 DAY = 86400.0

@@ -26,10 +26,10 @@ from femflex.effectors import (
     TorqueRod,
 )
 from femflex.mesh import rectangle
-from femflex.noun.epoch import days_since_j2000
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body, cantilever_modes, reduce_structure
 from femflex.rotations import dcm_from_quaternion
 from femflex.system import Environment, free, spherical, universal, weld, with_effectors
+from femflex.system.environment import days_since_j2000
 
 RADIUS, AU = 6378137.0, 1.495978707e11
 PRESSURE = 1361.0 / 299792458.0

@@ -6,8 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from femflex.decks.findings import BY_MATRICES
-from femflex.decks.nastran.bulk import Bulk
-from femflex.decks.nastran.by_number import ByNumber
+from femflex.decks.nastran.bulk import Bulk, ByNumber
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.materials import Materials
 from femflex.fem.sections import profiles

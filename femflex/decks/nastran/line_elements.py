@@ -12,7 +12,7 @@ from femflex.arrays import Array
 from femflex.decks.builder import direction_key
 from femflex.decks.model import LARGE_EXTENT, MASSLESS
 from femflex.decks.nastran.bar_properties import BarProperty, principal
-from femflex.decks.nastran.by_number import ByNumber
+from femflex.decks.nastran.bulk import ByNumber
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.model import NastranModel
 from femflex.fem import Rigid

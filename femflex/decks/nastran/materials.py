@@ -9,8 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.decks.nastran.bulk import Bulk
-from femflex.decks.nastran.by_number import ByNumber
+from femflex.decks.nastran.bulk import Bulk, ByNumber
 from femflex.decks.nastran.card import Card
 from femflex.fem.sections.laminates import Lamina
 from femflex.fem.sections.materials import Anisotropic, Material

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from femflex.decks.findings import BY_MATRICES
 from femflex.decks.nastran.bulk import Bulk
 from femflex.decks.nastran.card import Card, FieldError, numbers_of
-from femflex.decks.nastran.shell_kinds import KINDS as SHELLS
+from femflex.decks.nastran.shell_properties import KINDS as SHELLS
 
 LINE_CARDS = ("CBAR", "CBEAM", "CROD", "CTUBE", "CONROD")  # per length
 AREA_PROPERTIES = ("PSHELL", "PCOMP", "PCOMPG", "PSHEAR")

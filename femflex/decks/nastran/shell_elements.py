@@ -11,8 +11,7 @@ from femflex.decks.builder import direction_key
 from femflex.decks.model import MAX_TRIANGLE_SHARE
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.model import NastranModel, with_middles
-from femflex.decks.nastran.shell_kinds import KINDS, Kind
-from femflex.decks.nastran.shell_properties import ShellProperties, ShellProperty
+from femflex.decks.nastran.shell_properties import KINDS, Kind, ShellProperties, ShellProperty
 from femflex.fem.plate.frames import same_side
 
 CELLS = {(4, False): "quad", (4, True): "quad8", (3, False): "triangle", (3, True): "triangle6"}

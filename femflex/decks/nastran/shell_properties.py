@@ -9,11 +9,36 @@ from dataclasses import dataclass
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.decks.nastran.bulk import Bulk
-from femflex.decks.nastran.by_number import ByNumber
+from femflex.decks.nastran.bulk import Bulk, ByNumber
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.materials import Materials
 from femflex.fem.sections.laminates import PlateSection, Ply, layup
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A shell element: corners, whether it may have middle nodes, and the fields (from 0) of its values."""
+
+    corners: int
+    middles: bool
+    theta: int
+    offset: int
+    thickness: tuple[int, ...]
+    relative: int = 9  # TFLAG
+
+
+KINDS = {
+    "CQUAD4": Kind(4, False, 6, 7, (10, 11, 12, 13)),
+    "CQUADR": Kind(4, False, 6, 7, (10, 11, 12, 13)),
+    "CQUAD4K": Kind(4, False, 6, 7, (10, 11, 12, 13)),  # MYSTRAN's thin plates
+    "CTRIA3K": Kind(3, False, 5, 6, (10, 11, 12)),
+    "CTRIA3": Kind(3, False, 5, 6, (10, 11, 12)),
+    "CTRIAR": Kind(3, False, 5, 6, (10, 11, 12)),
+    "CQUAD8": Kind(4, True, 14, 15, (10, 11, 12, 13), 16),
+    "CTRIA6": Kind(3, True, 8, 9, (10, 11, 12), 13),
+    "CSHEAR": Kind(4, False, -1, -1, ()),
+}
+
 
 RELATIVE_SUBSTITUTE = 1e-12  # bending or membrane stiffness in place of a missing one, relative to a homogeneous sheet
 RIGID_SHEAR = 1e4  # transverse shear stiffness of a property without MID3, relative to a homogeneous sheet

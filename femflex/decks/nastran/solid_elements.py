@@ -9,7 +9,7 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.decks.builder import direction_key
 from femflex.decks.findings import BY_MATRICES
-from femflex.decks.nastran.by_number import ByNumber
+from femflex.decks.nastran.bulk import ByNumber
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.model import NastranModel, with_middles
 from femflex.fem.sections.materials import Anisotropic, Material

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.decks.nastran.by_number import ByNumber
+from femflex.decks.nastran.bulk import ByNumber
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.line_elements import bar_frame
 from femflex.decks.nastran.model import NastranModel

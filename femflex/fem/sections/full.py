@@ -68,7 +68,7 @@ class FullSection(Table):
         return False
 
     def resultants(self, material: Material | None, s: Array, length: Array | float) -> Resultants:
-        """Stiffness and mass per length as `Resultants`; the material, if any, is not used."""
+        """Stiffness and mass per length as `Resultants`, in SI; the material, if any, is not used."""
         K, M = np.asarray(self.stiffness, float), np.asarray(self.mass, float)
         ones = np.ones(np.shape(s))
         EA, GAy, GAz, GJ, EIy, EIz = (value * ones for value in np.diag(K))

@@ -292,7 +292,7 @@ class StiffnessSection(Dimensioned):
     """Shear stiffness along z, shear factor included. Needed where the beam shears."""
 
     def resultants(self, material: Material | None, s: Array, length: Array) -> Resultants:
-        """Stiffness and mass per length as `Resultants`; the material, if any, is not used."""
+        """Stiffness and mass per length as `Resultants`, in SI; the material, if any, is not used."""
         d = self.dimensions(s, length)
         stiff_ry2, stiff_rz2 = d["EIy"] / d["EA"], d["EIz"] / d["EA"]
         ry2, rz2 = (d[n] ** 2 if n in d else r for n, r in (("ry", stiff_ry2), ("rz", stiff_rz2)))

@@ -213,5 +213,5 @@ def upside_down(shape: SectionProperties) -> SectionProperties:
 
 
 def semi_axis(I: Size, A: Size) -> Array:
-    """Semi-axis of the solid ellipse with radius of gyration sqrt(I / A); zero at a pointed tip."""
+    """Semi-axis [m] of the solid ellipse with radius of gyration sqrt(I / A); zero at a pointed tip."""
     return np.asarray(2 * np.sqrt(np.divide(I, A, out=np.zeros(np.shape(I)), where=np.asarray(A) > 0)))
