@@ -22,7 +22,7 @@ from femflex.studies.linear import (
     poles_of,
     transmission_zeros,
 )
-from femflex.studies.linear.poles import root_locus
+from femflex.studies.stability import case_stability
 from femflex.system import Environment, Load, Profile, System, prismatic, revolute, spherical, weld
 
 BEAM = UniformBeam(1.0, EA=1e4, EIy=10.0, EIz=1.0, GJ=10.0, mass_per_length=1.0, rotary_inertia=False)
@@ -159,12 +159,12 @@ damping = 1
 
 def test_root_locus_of_a_damped_hinge_is_a_circle():
     """s = -d / 2 J +- i sqrt(k / J - (d / 2 J)^2): |s| stays at 2 rad/s."""
-    dampings = [0.0, 1.0, 2.0, 4.0, 6.0]
-    locus = root_locus(parse_case(HINGE), "joints.0.damping", dampings)
-    real = -np.array(dampings) / 4.0
-    for branch, side in zip(locus.poles.T, (1.0, -1.0) if locus.poles[0, 0].imag > 0 else (-1.0, 1.0), strict=True):
+    vary = '[stability.vary."joints.0.damping"]\nbetween = ["0 N m s", "6 N m s"]\npoints = 4\n'
+    locus = case_stability(parse_case(HINGE + vary)).result
+    real = -np.array([0.0, 2.0, 4.0, 6.0]) / 4.0
+    for branch, side in zip(locus.branches.T, np.sign(locus.branches[0].imag), strict=True):
         assert branch == pytest.approx(real + side * 1j * np.sqrt(4.0 - real**2), abs=1e-8)
-    assert locus.path == "joints.0.damping" and locus.values == tuple(dampings)
+    assert locus.name == "joints.0.damping" and locus.values == pytest.approx([0.0, 2.0, 4.0, 6.0])
 
 
 XYZ = "xyz"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from femflex.studies.linear.files import save_model
 from femflex.studies.linear.linear_model import LinearModel, linear_model
-from femflex.studies.linear.poles import Pole, RootLocus, poles_of, root_locus
+from femflex.studies.linear.poles import Pole, poles_of
 from femflex.studies.linear.sampled import Margins, SampledModel, margins, sampled_model
 from femflex.studies.linear.space import StateSpace
 from femflex.studies.linear.truncated import Truncated, balanced_truncation, modal_truncation, transmission_zeros
@@ -13,7 +13,6 @@ __all__ = [
     "LinearModel",
     "Margins",
     "Pole",
-    "RootLocus",
     "SampledModel",
     "StateSpace",
     "Truncated",
@@ -22,7 +21,6 @@ __all__ = [
     "margins",
     "modal_truncation",
     "poles_of",
-    "root_locus",
     "sampled_model",
     "save_model",
     "transmission_zeros",

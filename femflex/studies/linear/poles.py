@@ -1,20 +1,15 @@
-"""Poles of a linear model with names and participating states, and over a value of the case (root locus)."""
+"""Poles of a linear model with names and participating states."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from femflex.arrays import Array, ComplexArray
-from femflex.case import Case
-from femflex.studies.linear.linear_model import LinearModel, linear_model
+from femflex.studies.linear.linear_model import LinearModel
 from femflex.studies.linear.space import StateSpace
-from femflex.studies.tracking import tracked_values
-from femflex.studies.varied_case import VariedCase
 
 ALIKE = 1e-3  # relative distance of a pole to the eigenvalue of a natural mode up to which it has the mode's name
 NEAR = 1e-4  # of the largest pole: double defective poles of rigid motion split by the square root of rounding
@@ -124,31 +119,3 @@ def _with_exact_rigid_poles(
     exact[columns[matched]] = np.array(exact_values)[rows[matched]]
     pairs = list(zip(columns[matched].tolist(), rows[matched].tolist(), strict=True))
     return exact, {c: names[r] for c, r in pairs}, {c: shapes[r] for c, r in pairs}
-
-
-@dataclass(frozen=True, eq=False)
-class RootLocus:
-    """Poles (n_values, n) [1/s] of a case whose value at a key path takes each of `values`; a column is one branch."""
-
-    path: str
-    values: tuple[Any, ...]
-    poles: ComplexArray
-
-
-def root_locus(case: Case, path: str, values: Sequence[Any]) -> RootLocus:
-    """The poles of a case about its equilibrium over the values at a key path, such as "joints.0.damping".
-
-    Poles are assigned to branches from value to value by the least total change. Raises CaseError for a path or a value
-    that the case does not take, ValueError where the number of states changes, and as `femflex.equilibrium`.
-    """
-    if not len(values):
-        raise ValueError(f"a root locus over {path} got no values; give it at least one")
-    varied = VariedCase.from_paths(case, [path])
-    rows = [linear_model(varied.system({path: value}), [], []).eigenvalues() for value in values]
-    for value, row in zip(values, rows, strict=True):
-        if len(row) != len(rows[0]):
-            raise ValueError(
-                f"the model has {len(row)} states at {path} = {value} and {len(rows[0])} at {values[0]}; a root locus "
-                "needs a value that changes none of them"
-            )
-    return RootLocus(path, tuple(values), tracked_values(rows))
