@@ -12,8 +12,8 @@ from pydantic import model_validator
 
 from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
+from femflex.fem.connections.connection import only_node, skew
 from femflex.fem.family import Contribution, SkinPart
-from femflex.fem.point_mass import cross_matrices
 from femflex.fem.support import COMPONENTS, Support
 from femflex.fem.tables import DenseStrain
 from femflex.noun.table import Table, refuse
@@ -81,7 +81,7 @@ def bushing_part(mesh: Mesh, bushing: Bushing, numbering: Numbering) -> Contribu
     have to resist one, or be compared across the line between them.
     """
     where = f"bushing at group {bushing.group!r}"
-    nodes = np.array([_node(mesh, group, where) for group in (bushing.group, bushing.to) if group is not None])
+    nodes = np.array([only_node(mesh, group, where) for group in (bushing.group, bushing.to) if group is not None])
     translation, rotation = numbering.translation_of(nodes), numbering.rotation_of(nodes)
     if (translation < 0).any():
         raise ValueError(f"{where}: a node of it belongs to no member; connect nodes that lie on members")
@@ -104,7 +104,7 @@ def bushing_part(mesh: Mesh, bushing: Bushing, numbering: Numbering) -> Contribu
             "line between them alone, or connect nodes of beams or plates"
         )
     signs = (1.0,) if bushing.to is None else (-1.0, 1.0)
-    translation_rows = [s * np.hstack([axes, -axes @ a]) for s, a in zip(signs, cross_matrices(arms), strict=True)]
+    translation_rows = [s * np.hstack([axes, -axes @ a]) for s, a in zip(signs, skew(arms), strict=True)]
     rotation_rows = [s * np.hstack([np.zeros((3, 3)), axes]) for s in signs]
     G = np.concatenate([np.hstack(translation_rows), np.hstack(rotation_rows)])[k > 0]
     if turns:
@@ -125,13 +125,6 @@ def turns_nodes(axes: Array, arms: Array) -> bool:
     """Whether forces along any of the axes (m, 3) have moments about nodes, over arms (n, 3) from these [m]."""
     moments = np.linalg.norm(np.cross(axes[:, None], arms), axis=2)
     return bool((moments > SQUARE * np.linalg.norm(arms, axis=1).max()).any())
-
-
-def _node(mesh: Mesh, group: str, where: str) -> int:
-    nodes = mesh.group_points(group)
-    if len(nodes) != 1:
-        raise ValueError(f"{where}: group {group!r} has {len(nodes)} nodes; a bushing connects one node with another")
-    return int(nodes[0])
 
 
 def axes_along(x: Array) -> Array:
@@ -171,11 +164,7 @@ class ScalarSpring:
         dofs."""
         dofs, row = [], []
         for group, kind, factors in self.terms:
-            nodes = mesh.group_points(group)
-            if len(nodes) != 1:
-                raise ValueError(
-                    f"scalar spring at group {group!r}: it has {len(nodes)} nodes; name groups of one node"
-                )
+            nodes = np.array([only_node(mesh, group, "a scalar spring")])
             node_dofs = (numbering.rotation_of if kind == "rotation" else numbering.translation_of)(nodes)[0]
             if node_dofs[0] < 0:
                 raise ValueError(f"scalar spring at group {group!r}: no member gives the node a {kind}; name another")

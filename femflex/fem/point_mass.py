@@ -9,6 +9,7 @@ from pydantic import SkipValidation
 
 from femflex.arrays import Array
 from femflex.fem.assembly.numbering import Numbering
+from femflex.fem.connections.connection import skew
 from femflex.fem.tables import DenseInertia
 from femflex.noun.inertia import InertiaMatrix
 from femflex.noun.table import Table
@@ -102,7 +103,7 @@ def point_mass_block(mesh: Mesh, point_mass: PointMass, numbering: Numbering) ->
             f"point mass at group {point_mass.group!r} has an inertia or an offset, but its nodes have no rotation "
             "(solid elements); give a mass alone, or spread points of mass over several nodes"
         )
-    N = np.concatenate([np.broadcast_to(np.eye(3), (len(masses), 3, 3)), -cross_matrices(arms)], axis=2)
+    N = np.concatenate([np.broadcast_to(np.eye(3), (len(masses), 3, 3)), -skew(arms)], axis=2)
     dofs = np.concatenate([translation, rotation], axis=1) if turns else translation
     return DenseInertia(
         dofs=dofs,
@@ -118,10 +119,3 @@ def _distribution(point_mass: PointMass) -> tuple[Array, Array]:
         return np.array([point_mass.mass], float), offset[None]
     masses, arms = equivalent_points(point_mass.mass, np.asarray(point_mass.inertia, float))
     return masses, arms + offset
-
-
-def cross_matrices(r: Array) -> Array:
-    """Cross-product matrices (k, 3, 3) [m] of r (k, 3) [m]."""
-    x, y, z = r.T
-    o = np.zeros_like(x)
-    return np.stack([o, -z, y, z, o, -x, -y, x, o], axis=1).reshape(-1, 3, 3)

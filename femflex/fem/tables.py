@@ -7,8 +7,8 @@ all sums over the same points, so phi^T M phi and the elastic mass of the moment
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Protocol
+from dataclasses import dataclass, field, fields, replace
+from typing import Protocol, Self
 
 import numpy as np
 from scipy import sparse
@@ -160,16 +160,20 @@ class DenseStrain:
         """See StrainBlock, with its shapes and units."""
         return rows_of_elements(self.G, elements)[:, :, :most]
 
+    def dense(self, elements: slice) -> DenseStrain:
+        """The strains of these elements alone, without what a subclass adds to them."""
+        elastic, G, stress = (rows_of_elements(table, elements) for table in (self.elastic, self.G, self.stress))
+        dofs, weight = self.dofs[elements], self.weight[elements]
+        return DenseStrain(dofs, weight, elastic, self.linear_map, self.quadratic_map, G, stress)
+
+    def of_elements(self, elements: slice) -> Self:
+        """The block of these elements alone."""
+        part = self.dense(elements)
+        return replace(self, **{entry.name: getattr(part, entry.name) for entry in fields(DenseStrain)})
+
     def sampled(self, elements: slice) -> DenseStrain:
         """See StrainBlock; the stored points are used."""
-        elastic, G, stress = (
-            rows_of_elements(self.elastic, elements),
-            rows_of_elements(self.G, elements),
-            rows_of_elements(self.stress, elements),
-        )
-        return replace(
-            self, dofs=self.dofs[elements], weight=self.weight[elements], elastic=elastic, G=G, stress=stress
-        )
+        return self.of_elements(elements)
 
     def nonlinear(self, elements: slice, stress: StressAt | None = None) -> tuple[StrainBlock, ...]:
         """See StrainBlock."""

@@ -98,7 +98,7 @@ class BeamStrain(DenseStrain):
 
     def sampled(self, elements: slice) -> DenseStrain:
         """See StrainBlock; the strains of fourth order follow the named ones."""
-        named_block = self._named_strains(elements)
+        named_block = self.dense(elements)
         shape, n_named = named_block.elastic.shape[:2], named_block.elastic.shape[2]
         fourth = np.broadcast_to(rows_of_elements(self.fourth, elements), (*shape, len(FOURTH)))
         stress = np.concatenate([np.broadcast_to(named_block.stress, (*shape, n_named)), 0.0 * fourth], axis=2)
@@ -112,7 +112,7 @@ class BeamStrain(DenseStrain):
 
     def nonlinear(self, elements: slice, stress: StressAt | None = None) -> tuple[StrainBlock, ...]:
         """See StrainBlock; positive and negative terms of fourth order are separate blocks."""
-        named_block, fourth = self._named_strains(elements), rows_of_elements(self.fourth, elements)
+        named_block, fourth = self.dense(elements), rows_of_elements(self.fourth, elements)
         maps = _pad_gradients(product_maps(FOURTH), named_block.quadratic_map.shape[1])
         parts = (
             replace(
@@ -125,17 +125,6 @@ class BeamStrain(DenseStrain):
             for k in (ADDED, SUBTRACTED)
         )
         return (named_block if stress is None else replace(named_block, stress=stress(named_block)), *parts)
-
-    def _named_strains(self, elements: slice) -> DenseStrain:
-        """Return the named strains of these elements."""
-        elastic, G, stress = (
-            rows_of_elements(self.elastic, elements),
-            rows_of_elements(self.G, elements),
-            rows_of_elements(self.stress, elements),
-        )
-        return DenseStrain(
-            self.dofs[elements], self.weight[elements], elastic, self.linear_map, self.quadratic_map, G, stress
-        )
 
 
 @dataclass(frozen=True, eq=False)

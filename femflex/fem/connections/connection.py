@@ -69,14 +69,15 @@ class Referenced(Table):
 
     def reference_node(self, mesh: Mesh) -> int:
         """The one node of the reference; ValueError where its group has several."""
-        group_name = self.reference_group
-        nodes = mesh.group_points(group_name)
-        if len(nodes) != 1:
-            raise ValueError(
-                f"reference {group_name!r} of the connection to group {self.group!r} has {len(nodes)} nodes; name a "
-                "group of one node, or give a position"
-            )
-        return int(nodes[0])
+        return only_node(mesh, self.reference_group, f"the connection to group {self.group!r}")
+
+
+def only_node(mesh: Mesh, group: str, where: str) -> int:
+    """The node of a group of one node; ValueError, with what needs it, where the group has several."""
+    nodes = mesh.group_points(group)
+    if len(nodes) != 1:
+        raise ValueError(f"{where}: group {group!r} has {len(nodes)} nodes; name a group of one node")
+    return int(nodes[0])
 
 
 def skew(r: Array) -> Array:

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from femflex.fem.assembly.dependence import Dependence
 from femflex.fem.assembly.numbering import Numbering
-from femflex.fem.connections.connection import Component
+from femflex.fem.connections.connection import Component, only_node
 from femflex.fem.support import COMPONENTS
 from femflex.noun.table import Table, refuse
 from femflex.noun.values import Plain
@@ -63,9 +63,7 @@ class Equation(Table):
 
 def _vector(mesh: Mesh, numbering: Numbering, term: Term, where: str) -> np.ndarray:
     """Raw dofs (3,) of the translation or rotation that the component is of."""
-    nodes = mesh.group_points(term.group)
-    if len(nodes) != 1:
-        raise ValueError(f"{where}: group {term.group!r} has {len(nodes)} nodes; name groups of one node")
+    nodes = np.array([only_node(mesh, term.group, where)])
     turns = COMPONENTS.index(term.component) >= 3
     dofs = (numbering.rotation_of if turns else numbering.translation_of)(nodes)[0]
     if dofs[0] < 0:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from femflex.fem.assembly.dependence import Dependence
 from femflex.fem.assembly.numbering import Numbering
+from femflex.fem.connections.connection import only_node
 from femflex.fem.support import COMPONENTS, GLOBAL, Rows, Support
 from femflex.mesh import Mesh
 
@@ -51,7 +52,7 @@ class MultiPointConstraint:
         matrix = np.asarray(self.matrix, float).reshape(len(self.components), -1, 2, 3)
         sources, factors = [np.zeros(0, np.int64)], [np.zeros((len(self.components), 0))]
         for k, leader in enumerate(self.leaders):
-            leader_node = np.array([self._node(mesh, leader)])
+            leader_node = np.array([only_node(mesh, leader, self._label())])
             for kind in (0, 1):
                 if not matrix[:, k, kind].any():
                     continue
@@ -62,7 +63,7 @@ class MultiPointConstraint:
                     sources.append(dofs)
                     factors.append(matrix[:, k, kind])
         source, F = np.concatenate(sources), np.concatenate(factors, axis=1)
-        follower, dependences = np.array([self._node(mesh, self.group)]), []
+        follower, dependences = np.array([only_node(mesh, self.group, self._label())]), []
         rows = np.asarray(Support(self.components, self.axes).axes)
         without_rotation = numbering.translation_of(follower)[0, 0] >= 0 and numbering.rotation_of(follower)[0, 0] < 0
         for kind in (0, 1):
@@ -80,9 +81,3 @@ class MultiPointConstraint:
 
     def _label(self) -> str:
         return self.name or f"the linear connection of group {self.group!r}"
-
-    def _node(self, mesh: Mesh, group: str) -> int:
-        nodes = mesh.group_points(group)
-        if len(nodes) != 1:
-            raise ValueError(f"{self._label()}: group {group!r} has {len(nodes)} nodes; name groups of one node")
-        return int(nodes[0])

@@ -58,6 +58,15 @@ def initial_stress(section: PlateSection, options: Mapping[str, Any], axes: Arra
 
     Raises ValueError when prestress is not three numbers, or thermal_strain neither one nor three.
     """
+    force, strain = force_and_free_strain(options, "a plate")
+    angles = _angles(options["axis"], axes)
+    stress = np.zeros((len(angles), 1, n))
+    stress[:, 0, :3] = np.einsum("eij,i->ej", strain_rotation(angles), force - section.A @ strain)
+    return stress
+
+
+def force_and_free_strain(options: Mapping[str, Any], where: str) -> tuple[Array, Array]:
+    """Initial membrane forces (3,) [N/m] and free strain (3,) [1] of the options, xx, yy and xy."""
     force, strain = np.zeros(3), np.zeros(3)
     if options["prestress"] is not None:
         force = np.asarray(options["prestress"], float)
@@ -66,11 +75,8 @@ def initial_stress(section: PlateSection, options: Mapping[str, Any], axes: Arra
         strain = thermal if thermal.ndim else np.array([thermal, thermal, 0.0])
     for name, value in (("prestress", force), ("thermal_strain", strain)):
         if value.shape != (3,) or not np.isfinite(value).all():
-            raise ValueError(f"{name} of a plate is {options[name]!r}; give three finite numbers, xx, yy and xy")
-    angles = _angles(options["axis"], axes)
-    stress = np.zeros((len(angles), 1, n))
-    stress[:, 0, :3] = np.einsum("eij,i->ej", strain_rotation(angles), force - section.A @ strain)
-    return stress
+            raise ValueError(f"{where} has {name} {options[name]!r}; give three finite numbers, xx, yy and xy")
+    return force, strain
 
 
 def _angles(axis: ArrayLike, axes: Array) -> Array:

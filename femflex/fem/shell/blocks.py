@@ -88,13 +88,13 @@ class ShellStrain(DenseStrain):
     def sampled(self, elements: slice) -> DenseStrain:
         """See StrainBlock."""
         if self.coarse is None:
-            return self._of_elements(elements)
+            return self.of_elements(elements)
         return replace(self.coarse(elements), stress=rows_of_elements(self.stress, elements))
 
     def nonlinear(self, elements: slice, stress: StressAt | None = None) -> tuple[StrainBlock, ...]:
         """See StrainBlock; for second-order elements the linear strain at all points replaces that at the coarse ones,
         and initial stress acts at all points."""
-        block = self._of_elements(elements)
+        block = replace(self.of_elements(elements), coarse=None)
         initial = block.stress if stress is None else stress(block)
         if self.coarse is None:
             return (replace(block, stress=initial),)
@@ -109,39 +109,13 @@ class ShellStrain(DenseStrain):
 
     def stiffness(self, elements: slice = ALL_ELEMENTS) -> Array:
         """Element stiffness matrices (e, l, l) [N/m, N, N m] of the linear strain."""
-        block = self._of_elements(elements)
+        block = self.dense(elements)
         l = block.dofs.shape[1]
         matrices = np.empty((len(block.dofs), l, l))
         for chunk in element_chunks(len(matrices), 30 * block.weight.shape[1] * l):
-            matrices[chunk] = DenseStrain.stiffness(block._dense_of_elements(chunk))
+            matrices[chunk] = block.of_elements(chunk).stiffness()
         return matrices
 
     def parts(self) -> tuple[ElementMatrices, ...]:
         """Element matrices for assembly."""
         return (ElementMatrices(self.dofs, self.stiffness),)
-
-    def _of_elements(self, elements: slice) -> ShellStrain:
-        elastic, G, stress = (
-            rows_of_elements(self.elastic, elements),
-            rows_of_elements(self.G, elements),
-            rows_of_elements(self.stress, elements),
-        )
-        return replace(
-            self,
-            dofs=self.dofs[elements],
-            weight=self.weight[elements],
-            elastic=elastic,
-            G=G,
-            stress=stress,
-            coarse=None,
-        )
-
-    def _dense_of_elements(self, elements: slice) -> DenseStrain:
-        return DenseStrain(
-            self.dofs[elements],
-            self.weight[elements],
-            rows_of_elements(self.elastic, elements),
-            self.linear_map,
-            self.quadratic_map,
-            rows_of_elements(self.G, elements),
-        )

@@ -20,6 +20,7 @@ from femflex.fem.mesh_warnings import element_text, warn_if_coarse, warn_of_cons
 from femflex.fem.option import Option, Options, member_options
 from femflex.fem.plate.dof_map import member_section
 from femflex.fem.plate.elastic import OPTIONS as PLATE_OPTIONS
+from femflex.fem.plate.elastic import force_and_free_strain
 from femflex.fem.plate.frames import plane_frames
 from femflex.fem.sections.laminates import PlateSection
 from femflex.fem.shell.blocks import ALL_ELEMENTS, ShellInertia, ShellStrain, strain_maps
@@ -121,7 +122,7 @@ def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
         raise ValueError(f"{where} has fold_angle {angle!r}; give an angle between 0 and pi/2 (90 deg)")
     surface_normals = None if options["surface"] is None else partial(normals, options["surface"], where=where)
     surface = directors(mesh.points, cells, float(angle), surface_normals)
-    initial = _free_strain(options, where)
+    initial = force_and_free_strain(options, where)
     linear, quadratic = strain_maps()
     inertia, strain, places = [], [], []
     late: list[Callable[[], tuple[DenseStrain, ...]]] = []
@@ -248,20 +249,6 @@ def _inertia(
 def _drilling(geometry: ShellGeometry, dofs: IntArray, numbering: Numbering, shear: float) -> tuple[DenseStrain, ...]:
     k = geometry.x.shape[1]
     return drilling(geometry, dofs, numbering.turns_about_all_axes(dofs[:, 3 * k :: 3]), shear)
-
-
-def _free_strain(options: dict[str, Any], where: str) -> tuple[Array, Array]:
-    """Initial membrane forces (3,) and free strain (3,) of the options."""
-    force, strain = np.zeros(3), np.zeros(3)
-    if options["prestress"] is not None:
-        force = np.asarray(options["prestress"], float)
-    if options["thermal_strain"] is not None:
-        thermal = np.asarray(options["thermal_strain"], float)
-        strain = thermal if thermal.ndim else np.array([thermal, thermal, 0.0])
-    for name, value in (("prestress", force), ("thermal_strain", strain)):
-        if value.shape != (3,) or not np.isfinite(value).all():
-            raise ValueError(f"{where} has {name} {options[name]!r}; give three finite numbers, xx, yy and xy")
-    return force, strain
 
 
 def initial_stress(elastic: Array, force: Array, strain: Array) -> Array:
