@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from femflex.assembly.orbits import build_environment, build_orbit
 from femflex.assembly.signals import signal_problems
 from femflex.case.case import Case
 from femflex.noun.problems import CaseError, Problem
@@ -45,9 +44,9 @@ def build_craft(case: Case, parts: Mapping[str, Part]) -> Craft:
             problems.append(Problem(headings.get(name, name), str(error.args[0])))
             return None
 
-    environment = build_environment(case)
+    environment = case.environment_with_radius()
     own = environment.epoch, environment.radius, environment.gravity
-    context = Context(nouns, case.path.parent, parts, build_orbit(case), *own)
+    context = Context(nouns, case.path.parent, parts, case.orbit_with_rates(), *own)
     built, bodies = acting_on(parts, nouns, context, attempt)
     problems += [] if problems else signal_problems(case, built)
     tanks = {name: noun for name, noun in nouns.items() if getattr(noun, "body", "") in bodies}

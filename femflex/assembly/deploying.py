@@ -12,7 +12,6 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.assembly.functions import FIELDS, AddedShapes, added_shapes, loads_at, with_static
-from femflex.assembly.orbits import build_orbit
 from femflex.body import FlexibleBody
 from femflex.case.body import BodyTable
 from femflex.case.case import Case
@@ -49,7 +48,7 @@ def build_deploying(case: Case, name: str, table: DeployingTable, modes: int | N
 
     Raises CaseError if its length does not fit the table.
     """
-    orbit = build_orbit(case)
+    orbit = case.orbit_with_rates()
     options: dict[str, Any] = {
         "stock": table.stock,
         "until": case.run.length(None if orbit is None else orbit.period),

@@ -10,8 +10,8 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.body import Marker
+from femflex.case.attitude import AttitudeTable
 from femflex.case.case import Case
-from femflex.case.orbit import AttitudeTable
 from femflex.noun.problems import CaseError, Problem, quoted_names
 from femflex.rotations import is_extrinsic, letters_of
 from femflex.system import Joint, Part, Segments, ball_coordinates, free, spherical, turns

@@ -12,7 +12,6 @@ from femflex.assembly.craft import build_craft
 from femflex.assembly.deploying import with_deployment
 from femflex.assembly.initial import initial_shape
 from femflex.assembly.joints import build_joints, build_loops, root_joint
-from femflex.assembly.orbits import build_environment, build_orbit
 from femflex.case.case import Case
 from femflex.noun.problems import CaseError, Problem
 from femflex.system import Frame, Load, Part, System, assembled
@@ -29,7 +28,7 @@ def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
         craft = build_craft(case, parts)
         joint, parts = root_joint(case, craft.parts)
         joints = (*(() if joint is None else (joint,)), *build_joints(case))
-        orbit = build_orbit(case)
+        orbit = case.orbit_with_rates()
         system = assembled(
             parts,
             joints,
@@ -43,7 +42,7 @@ def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
             sights=tuple(case.sights),
             reactions=case.run.reactions,
             momenta=case.run.momenta,
-            environment=build_environment(case),
+            environment=case.environment_with_radius(),
             effectors=craft.effectors,
             varying=craft.varying,
         )

@@ -9,11 +9,11 @@ from typing import Annotated, Any, Union
 
 from pydantic import Field, PrivateAttr, create_model, model_validator
 
+from femflex.case.attitude import AttitudeTable
 from femflex.case.body import Body
 from femflex.case.campbell import CampbellTable
 from femflex.case.initial import StartTable
 from femflex.case.measure import ExpectationsTable
-from femflex.case.orbit import AttitudeTable, OrbitTable
 from femflex.case.run import PicturesTable, RunTable, StudyTable
 from femflex.case.stability import StabilityTable
 from femflex.disturbances import Disturbance, JitterTable
@@ -26,6 +26,7 @@ from femflex.system.constraint import Constraint
 from femflex.system.environment import EARTH_J2, Environment
 from femflex.system.joints import AnyJoint
 from femflex.system.load import Load
+from femflex.system.orbit import Orbit
 from femflex.system.sight import Sight
 from femflex.system.spring import Spring
 
@@ -41,7 +42,7 @@ class Case(Summarised, Table):
     """Purpose of the case, in words."""
     run: RunTable
     """Duration, output rows and integrator."""
-    orbit: OrbitTable = OrbitTable(kind="none")
+    orbit: Orbit = Orbit(kind="none")
     """Orbit of the craft. Default: none."""
     environment: Environment = Field(default_factory=Environment)
     """Gravity on the ground. Default: none."""
@@ -147,6 +148,19 @@ class Case(Summarised, Table):
     def parts(self) -> Mapping[str, Any]:
         """The checked tables of the case file by name, as they were read."""
         return self._parts
+
+    def orbit_with_rates(self) -> Orbit | None:
+        """The orbit with the secular rates of its oblateness, where it has these; None without an orbit."""
+        orbit = self.orbit
+        if orbit.kind == "none":
+            return None
+        return orbit.with_secular_rates(self.environment.oblateness[0], orbit.radius) if orbit.secular_rates else orbit
+
+    def environment_with_radius(self) -> Environment:
+        """The environment, with the radius of the orbit if it has none of its own."""
+        environment, orbit = self.environment, self.orbit
+        has_radius = "radius" in environment.model_fields_set
+        return environment if has_radius else environment.model_copy(update={"radius": orbit.radius})
 
     def file_path(self, name: str) -> Path:
         """The path of a file named in the case."""

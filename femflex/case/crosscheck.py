@@ -5,19 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from femflex.case.attitude import AttitudeTable
 from femflex.case.body import FlexibleTable, RigidTable
 from femflex.case.campbell import CampbellTable
 from femflex.case.initial import EQUILIBRIUM
 from femflex.case.measure import OF_CAMPBELL, MeasureTable
 from femflex.case.named_files import file_problems
 from femflex.case.named_markers import marker_problems
-from femflex.case.orbit import AttitudeTable, OrbitTable
 from femflex.case.outline import Outline
 from femflex.case.tree import root_problems, tree_problems
 from femflex.effectors.noun import MarkerPair
 from femflex.effectors.sensor import Sensor
 from femflex.effectors.surfaces.surface import Surface
 from femflex.noun.problems import Problem, suggestion_text
+from femflex.system.orbit import Orbit
 
 NEAR = 1e-9  # relative difference of two speeds that are the same
 
@@ -27,6 +28,7 @@ def cross_problems(outline: Outline, folder: Path) -> list[Problem]:
     checks: list[Callable[[Outline], Iterator[Problem]]] = [
         frame_problems,
         gravity_problems,
+        orbit_problems,
         sight_problems,
         play_problems,
         end_problems,
@@ -81,6 +83,18 @@ def play_problems(outline: Outline) -> Iterator[Problem]:
                 f"found {joint.play:g} m on a joint of the tree, whose coordinates keep it together exactly; play "
                 "belongs to an entry of [[loops]]",
             )
+
+
+def orbit_problems(outline: Outline) -> Iterator[Problem]:
+    """The problem of an orbit that meets the surface of its central body."""
+    orbit = outline.orbit
+    if orbit is not None and orbit.kind != "none" and orbit.perigee_radius < orbit.radius:
+        depth = (orbit.radius - orbit.perigee_radius) / 1e3
+        yield Problem(
+            "orbit",
+            f"found a perigee {depth:.4g} km below the surface (radius {orbit.radius:.7g} m); raise the perigee, lower "
+            "the eccentricity, or give the central body's radius",
+        )
 
 
 def gravity_problems(outline: Outline) -> Iterator[Problem]:
@@ -254,7 +268,7 @@ def initial_state_problems(outline: Outline) -> Iterator[Problem]:
             )
 
 
-def spin_problems(table: CampbellTable, attitude: AttitudeTable, orbit: OrbitTable) -> Iterator[Problem]:
+def spin_problems(table: CampbellTable, attitude: AttitudeTable, orbit: Orbit) -> Iterator[Problem]:
     """Problems of a craft without a selectable spin speed or without a spin axis."""
     if orbit.kind != "none":
         yield Problem("campbell", "found an [orbit], on which no spin speed is steady; remove [orbit] or [campbell]")

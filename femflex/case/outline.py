@@ -12,12 +12,12 @@ from typing import Any, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
+from femflex.case.attitude import AttitudeTable
 from femflex.case.body import Body, BodyTable
 from femflex.case.campbell import CampbellTable
 from femflex.case.case import Case, table_of
 from femflex.case.initial import StartTable
 from femflex.case.measure import ExpectationsTable
-from femflex.case.orbit import AttitudeTable, OrbitTable
 from femflex.case.run import PicturesTable, RunTable, StudyTable
 from femflex.disturbances import Disturbance, JitterOutput
 from femflex.effectors.registry import nouns
@@ -27,6 +27,7 @@ from femflex.system.environment import Environment
 from femflex.system.joints import AnyJoint
 from femflex.system.joints.noun import JointNoun
 from femflex.system.load import Load
+from femflex.system.orbit import Orbit
 from femflex.system.sight import Sight
 from femflex.system.spring import MarkerLink, Spring
 
@@ -56,7 +57,7 @@ class Outline:
     """
 
     run: RunTable | None
-    orbit: OrbitTable | None
+    orbit: Orbit | None
     environment: Environment | None
     attitude: AttitudeTable | None
     bodies: Mapping[str, BodyTable | None]
@@ -114,7 +115,7 @@ def outline_of_tables(raw: Mapping[str, Any]) -> Outline:
     mounted |= {f"jitter.{key}": item for key, item in outputs.items()}
     return Outline(
         run=_valid_or_none(RunTable, raw.get("run")),
-        orbit=_valid_or_none(OrbitTable, raw.get("orbit", {"kind": "none"})),
+        orbit=_valid_or_none(Orbit, raw.get("orbit", {"kind": "none"})),
         environment=_valid_or_none(Environment, raw.get("environment", {})),
         attitude=_valid_or_none(AttitudeTable, raw.get("attitude", {})),
         bodies={str(name): _valid_or_none(Body, table) for name, table in _table(raw, "bodies").items()},

@@ -9,7 +9,6 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.assembly import system as assembly
-from femflex.assembly.orbits import build_environment
 from femflex.case.case import Case
 from femflex.case.initial import EQUILIBRIUM
 from femflex.dynamics import compile_system
@@ -82,7 +81,7 @@ def _water_on_cable(case: Case, name: str) -> list[Effector]:
     """Effectors of the water on a cable with mass, whose masses are bodies of the system by now. Raises ValueError."""
     nouns = {key: noun for named in case.effectors.values() for key, noun in named.items()}
     wet = {key: noun for key, noun in nouns.items() if isinstance(noun, WetMember) and noun.cable == name}
-    environment = build_environment(case)
+    environment = case.environment_with_radius()
     context = Context(nouns, case.path.parent, gravity=environment.gravity)
     return [noun.on_cable(key, context) for key, noun in wet.items()]
 

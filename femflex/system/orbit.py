@@ -8,11 +8,15 @@ orbital frame follows the plane.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from pydantic import StrictBool, model_validator
 
 from femflex.arrays import Array
+from femflex.noun.table import Table, exactly_one, refuse
+from femflex.noun.values import Angle, Fraction, Length, PositiveLength, Quantity, Rate
 from femflex.rotations import dcm_from_angles
 
 MU_EARTH = 3.986004418e14  # m^3/s^2
@@ -24,45 +28,72 @@ CIRCULAR = 1e-9  # eccentricity below which an orbit counts as circular
 FRAMES = ("inertial", "orbital", "spinning")
 
 
-@dataclass(frozen=True)
-class Orbit:
-    """A Kepler orbit of the reference point O.
+class Orbit(Table):
+    """A Kepler orbit, or one that drifts.
 
-    semi_major_axis [m], eccentricity [0, 1), inclination, node (right ascension), perigee (argument) [rad],
-    true_anomaly at t = 0 [rad], mu [m^3/s^2].
-    free: False keeps O on the ellipse (specified orbit); True solves for the translation of the centre of mass.
-    node_rate, perigee_rate, anomaly_rate: uniform drift of node, perigee and mean anomaly of a specified orbit [rad/s].
+    Orbital frame: x0 along the orbit normal, y0 outward vertical, z0 in flight direction.
     """
 
-    semi_major_axis: float
-    eccentricity: float = 0.0
-    inclination: float = 0.0
-    node: float = 0.0
-    perigee: float = 0.0
-    true_anomaly: float = 0.0
-    mu: float = MU_EARTH
-    free: bool = False
-    node_rate: float = 0.0
-    perigee_rate: float = 0.0
-    anomaly_rate: float = 0.0
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.eccentricity < 1:
-            raise ValueError(f"eccentricity is {self.eccentricity}; a Kepler ellipse has 0 <= e < 1")
-        if not self.semi_major_axis > 0 or not self.mu > 0:
-            raise ValueError(f"semi-major axis {self.semi_major_axis} m and mu {self.mu} m^3/s^2 must both be positive")
-        if self.free and self.drifts:
-            raise ValueError(
-                f"a free orbit has node, perigee and anomaly rates of {self.node_rate:g}, {self.perigee_rate:g} and "
-                f"{self.anomaly_rate:g} rad/s; it drifts by the forces that act on it: leave them out, or specify it"
-            )
+    kind: Literal["none", "specified", "free"] = "specified"
+    """none; specified: the centre of mass stays on the ellipse; free: its motion is solved for."""
+    semi_major_axis: PositiveLength = None  # type: ignore[assignment]
+    """Semi-major axis, in place of perigee_altitude."""
+    eccentricity: Fraction = 0.0
+    """Eccentricity of the ellipse."""
+    inclination: Angle = 0.0
+    """Inclination to the equator."""
+    node: Angle = 0.0
+    """Right ascension of the ascending node."""
+    perigee: Angle = 0.0
+    """Argument of the perigee."""
+    true_anomaly: Angle = 0.0
+    """True anomaly at t = 0; 0 is the perigee."""
+    mu: Annotated[float, Quantity("m^3/s^2", above=0.0)] = MU_EARTH
+    """Gravitational parameter of the central body. Default: the Earth's."""
+    perigee_altitude: Length | None = None
+    """Height of the perigee above `radius`."""
+    radius: PositiveLength = EARTH_RADIUS
+    """Radius from which altitudes are measured. Default: the Earth's equatorial radius."""
+    secular_rates: StrictBool = False
+    """Whether node, perigee and mean anomaly of a specified orbit drift as J2 (environment.oblateness) makes them drift
+    on average."""
+    node_rate: Rate = 0.0
+    """Uniform drift of the node of a specified orbit."""
+    perigee_rate: Rate = 0.0
+    """Uniform drift of the perigee of a specified orbit."""
+    anomaly_rate: Rate = 0.0
+    """Uniform drift of the mean anomaly of a specified orbit, in addition to the mean motion."""
 
     @classmethod
-    def from_perigee(
-        cls, altitude: float, eccentricity: float = 0.0, radius: float = EARTH_RADIUS, **more: float
-    ) -> Orbit:
-        """The orbit with that perigee altitude [m] over a body of that radius [m]."""
-        return cls((radius + altitude) / (1.0 - eccentricity), eccentricity, **more)  # type: ignore[arg-type]
+    def from_python(cls, keys: dict[str, Any]) -> dict[str, Any]:
+        """In Python `free` says whether the translation of the centre of mass is solved for."""
+        free = keys.pop("free", None)
+        return keys if free is None else {**keys, "kind": "free" if free else "specified"}
+
+    @model_validator(mode="after")
+    def _one_size(self) -> Orbit:
+        if self.kind == "none":
+            if other_keys := sorted(self.model_fields_set - {"kind"}):
+                refuse(
+                    f"found kind = 'none' together with {', '.join(other_keys)}; an orbit has kind 'specified' "
+                    "or 'free'"
+                )
+            return self
+        if self.free and (self.secular_rates or self.drifts):
+            rates = [self.node_rate, self.perigee_rate, self.anomaly_rate]
+            found = (
+                "secular_rates = true" if self.secular_rates else f"rates {rates} rad/s of node, perigee and anomaly"
+            )
+            refuse(
+                f"found {found} with kind = 'free'; a free orbit drifts by the forces that act on it: leave them out, "
+                "or set kind = 'specified'"
+            )
+        if self.secular_rates and self.drifts:
+            refuse("found secular_rates and rates of node, perigee or anomaly; give one or the other")
+        exactly_one(self, ("perigee_altitude", "semi_major_axis"))
+        if self.perigee_altitude is not None:
+            vars(self)["semi_major_axis"] = (self.radius + self.perigee_altitude) / (1.0 - self.eccentricity)
+        return self
 
     def with_secular_rates(self, J2: float, radius: float) -> Orbit:
         """The orbit whose node, perigee and mean anomaly drift as they do on average under J2 (Vallado, section 9.6).
@@ -72,12 +103,22 @@ class Orbit:
         """
         squeeze, c = 1.0 - self.eccentricity**2, np.cos(self.inclination)
         k = 1.5 * self.mean_motion * J2 * (radius / (self.semi_major_axis * squeeze)) ** 2
-        return replace(
-            self,
-            node_rate=float(-k * c),
-            perigee_rate=float(0.5 * k * (5.0 * c * c - 1.0)),
-            anomaly_rate=float(0.5 * k * np.sqrt(squeeze) * (3.0 * c * c - 1.0)),
-        )
+        rates = {
+            "node_rate": float(-k * c),
+            "perigee_rate": float(0.5 * k * (5.0 * c * c - 1.0)),
+            "anomaly_rate": float(0.5 * k * np.sqrt(squeeze) * (3.0 * c * c - 1.0)),
+        }
+        return self.model_copy(update=rates)
+
+    @property
+    def free(self) -> bool:
+        """Whether the translation of the centre of mass is solved for."""
+        return self.kind == "free"
+
+    @property
+    def perigee_radius(self) -> float:
+        """Distance of the perigee from the centre [m]."""
+        return self.semi_major_axis * (1.0 - self.eccentricity)
 
     @property
     def drifts(self) -> bool:

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from femflex.case import Case, parse_case, read_case, with_values
+from femflex.case.attitude import AttitudeTable
 from femflex.case.body import FlexibleTable
 from femflex.case.changed import toml_text
 from femflex.case.mesh_groups import with_regions
-from femflex.case.orbit import AttitudeTable
 from femflex.case.run import RunTable
 from femflex.mesh.generators import line
 from femflex.pipeline import prepare

@@ -95,7 +95,7 @@ def test_drum_work_equals_energy_gain_on_free_orbit(drum):
     line = DeployingLine(mass_per_length=0.05, direction=(0.2, 1, 0.1))
     made = deploying_line(line, StringFunctions(y=2, z=1), Profile.polynomial(2e4, 4.0, -0.01), stock=25e3,
                           until=100.0, drum=drum)  # fmt: skip
-    orbit = Orbit.from_perigee(400e3, free=True)
+    orbit = Orbit(perigee_altitude=400e3, free=True)
     bodies = {"craft": rigid_body(800.0, 1e4 * np.eye(3)), "tether": made.body}
     delta = np.array([3e3, -2e3, 1e3])  # some 100 m
     system = System(bodies, (free("craft"), weld("tether", "craft")), varying={"tether": made.variation},

@@ -33,7 +33,7 @@ def rod(pitch=0.2, environment=None, is_free=True, **orbit):
     c, s = np.cos(pitch), np.sin(pitch)
     start = quaternion_from_dcm(np.array([[1, 0, 0], [0, c, -s], [0, s, c]]))
     joint = free("rod", q0=np.concatenate([np.zeros(3), start])) if is_free else spherical("rod", q0=start)
-    path = Orbit.from_perigee(400e3, free=is_free, **{**ORBIT, **orbit})
+    path = Orbit(perigee_altitude=400e3, free=is_free, **{**ORBIT, **orbit})
     body = rigid_body(MASS, inertia)
     return System({"rod": body}, (joint,), orbit=path, frame=Frame("orbital"), environment=environment or Environment())
 
@@ -276,7 +276,7 @@ def true_anomaly(orbit, t):
 LENGTH, LINE, EA = 20e3, 0.01, 2e4  # m, kg/m, N
 CRAFT, END = 1000.0, 50.0  # kg
 CENTRE = (LINE * LENGTH**2 / 2 + END * LENGTH) / (CRAFT + LINE * LENGTH + END)  # from the craft, unstretched
-ORBIT_OF_LONG_TETHER = Orbit.from_perigee(400e3, free=True)
+ORBIT_OF_LONG_TETHER = Orbit(perigee_altitude=400e3, free=True)
 PIN = {"start": ("x", "y", "z")}
 TIME = 160.0  # s, two periods of its stretch
 COUNT = 2000

@@ -79,7 +79,7 @@ def craft(pitch: float) -> System:
     return System(
         {"craft": body},
         (spherical("craft", child_marker="nominal", q0=start),),
-        orbit=Orbit.from_perigee(331e3),
+        orbit=Orbit(perigee_altitude=331e3),
         frame=Frame("orbital"),
     )
 

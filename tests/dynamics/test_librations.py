@@ -18,7 +18,7 @@ def orbiter(angles=(0.0, 0.0, 0.0), rotation="euler_parameters", **orbit):
     body = rigid_body(79710.0, np.diag([ROLL, PITCH, YAW]), markers={"nominal": Marker.at(np.zeros(3), NOMINAL)})
     start = np.asarray(angles) if rotation == "xzy" else quaternion_from_dcm(dcm_from_angles(angles, "xzy"))
     joint = spherical("orbiter", child_marker="nominal", rotation=rotation, q0=start)
-    path = Orbit.from_perigee(331e3, **orbit)
+    path = Orbit(perigee_altitude=331e3, **orbit)
     return compile_system(System({"orbiter": body}, (joint,), orbit=path, frame=Frame("orbital"))), path
 
 

@@ -75,7 +75,7 @@ def test_first_tongue_lies_between_the_characteristic_values():
 
 def test_librations_in_a_circular_orbit():
     """Of quaternions: multipliers exp(i omega T) of the three librations."""
-    orbit = Orbit.from_perigee(620e3, 0.0)
+    orbit = Orbit(perigee_altitude=620e3, eccentricity=0.0)
     craft = System(
         {"craft": rigid_body(100.0, np.diag([90.0, 30.0, 100.0]))},
         (spherical("craft"),),

@@ -25,7 +25,7 @@ RATE = np.array([0.3, -0.5, 0.7])  # rad/s, of the spinning frame
 ORBIT = Orbit(7e6, 0.3, inclination=0.4, node=0.2, perigee=1.0, true_anomaly=0.7, mu=5e20)  # a strong gradient
 SPINNING = {"frame": Frame("spinning", RATE)}
 ORBITAL = {"orbit": ORBIT, "frame": Frame("orbital")}
-FLYING = {"orbit": replace(ORBIT, free=True), "frame": Frame("orbital"), "root": free}
+FLYING = {"orbit": ORBIT.model_copy(update={"kind": "free"}), "frame": Frame("orbital"), "root": free}
 
 
 def at_rest(moving: bool) -> Jet:

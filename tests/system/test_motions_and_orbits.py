@@ -81,7 +81,7 @@ def test_trapezoid_has_a_constant_rate():
 @pytest.mark.parametrize("eccentricity", [0.0, 0.1, 0.7])
 def test_perigee_altitude(eccentricity):
     """a (1 - e) = R + h, and n^2 a^3 = mu."""
-    orbit = Orbit.from_perigee(400e3, eccentricity)
+    orbit = Orbit(perigee_altitude=400e3, eccentricity=eccentricity)
     assert orbit.semi_major_axis * (1 - eccentricity) == pytest.approx(EARTH_RADIUS + 400e3)
     assert orbit.mean_motion**2 * orbit.semi_major_axis**3 == pytest.approx(orbit.mu)
     assert orbit.period * orbit.mean_motion == pytest.approx(2 * np.pi)

@@ -1,90 +1,16 @@
-"""[orbit] and [attitude]: the orbit, and the initial attitude of the craft."""
+"""[attitude]: the initial attitude of the craft."""
 
 from __future__ import annotations
 
-import math
-from typing import Annotated, Literal
+from typing import Literal
 
 from pydantic import StrictBool, model_validator
 
 from femflex.noun.rotation_words import RotationSet, Sequence_
-from femflex.noun.table import Table, exactly_one, refuse
-from femflex.noun.values import Angle, Angles, Fraction, Length, Position, PositiveLength, Quantity, Rates, Velocity
+from femflex.noun.table import Table, refuse
+from femflex.noun.values import Angle, Angles, Position, Rates, Velocity
 
 BodyAxis = Literal["x", "y", "z", "-x", "-y", "-z"]
-
-
-class OrbitTable(Table):
-    """A Kepler orbit, or one that drifts.
-
-    Orbital frame: x0 along the orbit normal, y0 outward vertical, z0 in flight direction.
-    """
-
-    kind: Literal["none", "specified", "free"] = "specified"
-    """none; specified: the centre of mass stays on the ellipse; free: its motion is solved for."""
-    perigee_altitude: Length | None = None
-    """Height of the perigee above `radius`."""
-    semi_major_axis: PositiveLength | None = None
-    """Semi-major axis, in place of perigee_altitude."""
-    eccentricity: Fraction = 0.0
-    """Eccentricity of the ellipse."""
-    inclination: Angle = 0.0
-    """Inclination to the equator."""
-    node: Angle = 0.0
-    """Right ascension of the ascending node."""
-    perigee: Angle = 0.0
-    """Argument of the perigee."""
-    true_anomaly: Angle = 0.0
-    """True anomaly at t = 0; 0 is the perigee."""
-    secular_rates: StrictBool = False
-    """Whether node, perigee and mean anomaly of a specified orbit drift as J2 (environment.oblateness) makes them drift
-    on average."""
-    mu: Annotated[float, Quantity("m^3/s^2", above=0.0)] = 3.986004418e14
-    """Gravitational parameter of the central body. Default: the Earth's."""
-    radius: PositiveLength = 6378137.0
-    """Radius from which altitudes are measured. Default: the Earth's equatorial radius."""
-
-    @model_validator(mode="after")
-    def _one_size(self) -> OrbitTable:
-        if self.kind == "none":
-            other_keys = sorted(self.model_fields_set - {"kind"})
-            if other_keys:
-                refuse(
-                    f"found kind = 'none' together with {', '.join(other_keys)}; an orbit has kind 'specified' "
-                    "or 'free'"
-                )
-            return self
-        if self.kind == "free" and self.secular_rates:
-            refuse(
-                "found secular_rates = true with kind = 'free'; a free orbit drifts by the forces that act on it: "
-                "leave secular_rates out, or set kind = 'specified'"
-            )
-        exactly_one(self, ("perigee_altitude", "semi_major_axis"))
-        if self.perigee_radius < self.radius:
-            refuse(
-                f"found a perigee {(self.radius - self.perigee_radius) / 1e3:.4g} km below the surface (radius "
-                f"{self.radius:.7g} m); "
-                "raise the perigee, lower the eccentricity, or give the central body's radius"
-            )
-        return self
-
-    @property
-    def perigee_radius(self) -> float:
-        """Distance of the perigee from the centre [m]."""
-        if self.perigee_altitude is not None:
-            return self.radius + self.perigee_altitude
-        assert self.semi_major_axis is not None
-        return self.semi_major_axis * (1.0 - self.eccentricity)
-
-    @property
-    def period(self) -> float:
-        """Time of one revolution [s]."""
-        return 2.0 * math.pi / self.mean_motion
-
-    @property
-    def mean_motion(self) -> float:
-        """Its mean angular rate [rad/s]."""
-        return math.sqrt(self.mu / (self.perigee_radius / (1.0 - self.eccentricity)) ** 3)
 
 
 class AttitudeTable(Table):
