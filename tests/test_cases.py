@@ -9,8 +9,8 @@ import pytest
 
 import femflex
 from femflex.case import read_case
-from femflex.case.verdicts import diagram_verdicts, expects_modes, mode_verdicts, run_verdicts
 from femflex.integrate import Esdirk4
+from femflex.measures.verdicts import diagram_verdicts, expects_modes, mode_verdicts, run_verdicts
 from femflex.pipeline import prepare
 from femflex.pipeline.case_equilibrium import case_modes
 from femflex.studies.campbell import case_campbell

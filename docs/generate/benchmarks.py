@@ -39,7 +39,7 @@ def case_of(name: str) -> Any:
 def measured(case: Any) -> dict[str, Any]:
     """Measured value and unit of every answer of a case, by name."""
     import femflex
-    from femflex.case.verdicts import expects_modes, mode_verdicts, run_verdicts
+    from femflex.measures.verdicts import expects_modes, mode_verdicts, run_verdicts
     from femflex.pipeline.case_equilibrium import case_modes
 
     with tempfile.TemporaryDirectory() as folder, femflex.run(case, Path(folder) / "run.h5") as run:
@@ -70,7 +70,7 @@ def difference(value: float, expected: float | None) -> str:
 
 def page(name: str, numbers: dict[str, Any]) -> str:
     """Text of the page of a benchmark."""
-    from femflex.case.verdicts import verdict_on
+    from femflex.measures.verdicts import verdict_on
     from generate.gallery import case_pictures, quantity_text
     from generate.markdown import cell, code, table
 
@@ -107,7 +107,7 @@ def page(name: str, numbers: dict[str, Any]) -> str:
 
 def index(numbers: dict[str, Any]) -> str:
     """Text of the page that lists the benchmarks."""
-    from femflex.case.verdicts import verdict_on
+    from femflex.measures.verdicts import verdict_on
     from generate.markdown import cell, table
 
     rows = []

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from femflex import read_case
 from femflex.case import Case
-from femflex.case.measure import ExpectTable
+from femflex.measures.measure import ExpectTable
 from generate.markdown import cell, code, save, table
 from generate.pictures import PICTURES, case_pictures
 

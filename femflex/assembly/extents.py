@@ -9,11 +9,11 @@ import numpy as np
 
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
-from femflex.case.starting_case import LARGE
 from femflex.fem.sections.named import LayupTable, PlateTable, SandwichTable
 from femflex.mesh import Mesh
 from femflex.warning import PhysicsWarning
 
+LARGE = 200.0  # extent beyond which the unit of a mesh is probably the millimetre
 SMALL = 0.05  # m; smaller meshes are more often in another unit than of that size
 THICK = 0.25  # of the mesh's largest extent, above which a section is too thick for a plate
 PER_METRE = {"m": 1.0, "cm": 100.0, "mm": 1000.0, "inch": 1 / 0.0254}

@@ -13,13 +13,13 @@ from femflex.case.attitude import AttitudeTable
 from femflex.case.body import Body
 from femflex.case.campbell import CampbellTable
 from femflex.case.initial import StartTable
-from femflex.case.measure import ExpectationsTable
 from femflex.case.run import PicturesTable, RunTable, StudyTable
 from femflex.case.stability import StabilityTable
 from femflex.disturbances import Disturbance, JitterTable
 from femflex.effectors.noun import EffectorNoun
 from femflex.effectors.registry import nouns
 from femflex.fem.sections.named import NamedMaterial, NamedSection
+from femflex.measures.measure import ExpectationsTable
 from femflex.noun.table import Name, Table, refuse
 from femflex.summary import Rows, Summarised, listed
 from femflex.system.constraint import Constraint

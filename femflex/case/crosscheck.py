@@ -9,7 +9,6 @@ from femflex.case.attitude import AttitudeTable
 from femflex.case.body import FlexibleTable, RigidTable
 from femflex.case.campbell import CampbellTable
 from femflex.case.initial import EQUILIBRIUM
-from femflex.case.measure import OF_CAMPBELL, MeasureTable
 from femflex.case.named_files import file_problems
 from femflex.case.named_markers import marker_problems
 from femflex.case.outline import Outline
@@ -17,6 +16,7 @@ from femflex.case.tree import root_problems, tree_problems
 from femflex.effectors.noun import MarkerPair
 from femflex.effectors.sensor import Sensor
 from femflex.effectors.surfaces.surface import Surface
+from femflex.measures.measure import OF_CAMPBELL, MeasureTable
 from femflex.noun.problems import Problem, suggestion_text
 from femflex.system.orbit import Orbit
 

@@ -17,10 +17,10 @@ from femflex.case.body import Body, BodyTable
 from femflex.case.campbell import CampbellTable
 from femflex.case.case import Case, table_of
 from femflex.case.initial import StartTable
-from femflex.case.measure import ExpectationsTable
 from femflex.case.run import PicturesTable, RunTable, StudyTable
 from femflex.disturbances import Disturbance, JitterOutput
 from femflex.effectors.registry import nouns
+from femflex.measures.measure import ExpectationsTable
 from femflex.noun.problems import item_label
 from femflex.system.constraint import Constraint
 from femflex.system.environment import Environment

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, StrictBool, model_validator
 
-from femflex.case.measure import OF_CAMPBELL, MeasureTable
+from femflex.measures.measure import OF_CAMPBELL, MeasureTable
 from femflex.noun.table import Table, exactly_one, refuse
 from femflex.noun.values import Count, Direction, Duration, Quantity, Time, ValueProblem, Whole, _Readable
 

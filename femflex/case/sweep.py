@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
-from femflex.case.measure import OF_CAMPBELL, MeasureTable
+from femflex.measures.measure import OF_CAMPBELL, MeasureTable
 from femflex.noun.problems import CaseError, Problem
 from femflex.noun.sentences import schema_problems
 from femflex.noun.table import Table, exactly_one, refuse

@@ -205,8 +205,8 @@ def diagram_paths(output: Path) -> dict[str, Path]:
 
 def write_diagram_files(case: Case, output: Path, force: bool) -> list[str]:
     """Write the diagram of a case next to its result file; return the names of the expectations that do not hold."""
-    from femflex.case.verdicts import diagram_verdicts
     from femflex.extras import MissingExtra, require
+    from femflex.measures.verdicts import diagram_verdicts
 
     files = diagram_paths(output)
     try:
@@ -235,7 +235,7 @@ class DiagramReport:
 
     def print_of_case(self, case: Case, diagram: Campbell) -> None:
         """Print the diagram of a case with what is expected of it."""
-        from femflex.case.verdicts import diagram_verdicts
+        from femflex.measures.verdicts import diagram_verdicts
 
         assert case.campbell is not None
         if not diagram.complete:

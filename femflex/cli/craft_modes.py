@@ -81,8 +81,8 @@ def draw_modes(modes: SystemModes, files: dict[str, Path], mode: int | None, tit
 
 def print_modes(case: Case, modes: SystemModes, number: int | None, verbose: bool) -> None:
     """Print the table of modes, what they are about, stability and verdicts; verbose: frequencies also in rad/s."""
-    from femflex.case.verdicts import mode_verdicts
     from femflex.cli.equilibrium import print_about, print_stability
+    from femflex.measures.verdicts import mode_verdicts
 
     count = min(number or SHOWN, len(modes.names))
     rows = [

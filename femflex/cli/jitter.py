@@ -70,7 +70,7 @@ def jitter(
         import numpy as np
 
         from femflex.case import read_case
-        from femflex.case.verdicts import jitter_verdicts
+        from femflex.measures.verdicts import jitter_verdicts
         from femflex.studies.jitter import full_response
         from femflex.studies.jitter import jitter as jitter_of
 

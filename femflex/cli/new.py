@@ -35,7 +35,7 @@ def new(
 ) -> None:
     """Write a commented case to start from, and the schema by which editors complete and check its keys."""
     from femflex.case.schema import schema_text
-    from femflex.case.starting_case import starting_case
+    from femflex.starting.case_text import starting_case
     from femflex.writing import atomic_file, check_destination
 
     target = name if name.suffix else name.with_suffix(".toml")
@@ -55,7 +55,7 @@ def new(
 
         mesh_data, file = read_mesh(mesh), Path(os.path.relpath(mesh, target.parent)).as_posix()
     if deck is not None:
-        from femflex.assembly.deck_facts import deck_facts
+        from femflex.starting.deck_facts import deck_facts
 
         with Patience(f"reading {deck.name}"):
             facts = deck_facts(deck, units, Path(os.path.relpath(deck, target.parent)).as_posix())
@@ -63,7 +63,7 @@ def new(
     if mesh_data is None:
         text, notes = starting_case(target.name, schema=schema.name, deck=facts)
     else:
-        from femflex.assembly.starting_mesh import starting_case_of_mesh
+        from femflex.starting.mesh_choice import starting_case_of_mesh
 
         with Patience(f"building the body of {Path(file).name}"):
             text, notes = starting_case_of_mesh(target, mesh_data, file, schema.name)

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from femflex.arrays import Array, BoolArray
     from femflex.body import FlexibleBody
     from femflex.case import Case
-    from femflex.case.verdicts import Verdict
+    from femflex.measures.verdicts import Verdict
     from femflex.pipeline import Prepared
     from femflex.results import Run
     from femflex.system import System
@@ -303,14 +303,14 @@ def print_verdicts(case: Case, run: Run) -> list[str]:
         if case.expect.answers:
             print("expected    not checked: they are for the case with all terms")
         return []
-    from femflex.case.verdicts import run_verdicts
+    from femflex.measures.verdicts import run_verdicts
 
     return _printed_failures(run_verdicts(case, run))
 
 
 def print_modes_verdicts(case: Case) -> list[str]:
     """Print the expectations of the craft's modes; return the names of those that do not hold."""
-    from femflex.case.verdicts import expects_modes, mode_verdicts
+    from femflex.measures.verdicts import expects_modes, mode_verdicts
     from femflex.pipeline.case_equilibrium import case_modes
 
     return _printed_failures(mode_verdicts(case, case_modes(case))) if expects_modes(case) else []

@@ -126,7 +126,7 @@ def _warnings(run: Run) -> str:
 
 
 def _verdicts(case: Case, run: Run) -> str:
-    from femflex.case.verdicts import run_verdicts
+    from femflex.measures.verdicts import run_verdicts
 
     if run.without or run.linearised:
         return paragraphs(["Not checked: they are for the nonlinear run with all terms."])

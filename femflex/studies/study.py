@@ -14,9 +14,9 @@ import numpy as np
 from femflex.assembly import build_part
 from femflex.assembly.shared import shared_structures
 from femflex.case import Case, CaseError
-from femflex.case.evaluate import measured_unit, measured_value
-from femflex.case.measure import OF_JITTER, OF_SYSTEM, MeasureTable
 from femflex.case.run import StudyTable
+from femflex.measures.evaluate import measured_unit, measured_value
+from femflex.measures.measure import OF_JITTER, OF_SYSTEM, MeasureTable
 from femflex.pipeline.case_bodies import with_own_strain
 from femflex.pipeline.case_equilibrium import case_modes
 from femflex.studies.jitter import jitter

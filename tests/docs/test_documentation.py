@@ -18,8 +18,8 @@ import pytest
 
 import femflex
 from femflex.case.schema import json_schema
-from femflex.case.verdicts import verdict_on
 from femflex.cli.app import app
+from femflex.measures.verdicts import verdict_on
 
 TOP = Path(__file__).resolve().parents[2]
 CHANNELS = (

@@ -14,11 +14,11 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.case import CaseError, with_values
-from femflex.case.evaluate import column_unit, measured_unit, measured_value
-from femflex.case.measure import OF_JITTER, OF_SYSTEM, MeasureTable
 from femflex.case.read import parse_case
 from femflex.case.sweep import SweepTable, parse_sweep
 from femflex.integrate import IntegrationError
+from femflex.measures.evaluate import column_unit, measured_unit, measured_value
+from femflex.measures.measure import OF_JITTER, OF_SYSTEM, MeasureTable
 from femflex.pipeline.case_equilibrium import case_modes
 from femflex.pipeline.decisions import resolve_choices
 from femflex.studies.jitter import jitter

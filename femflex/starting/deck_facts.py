@@ -8,8 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.case.starting_case import CLAMPS, group_named_like
-from femflex.case.starting_deck import DeckFacts
 from femflex.decks import Deck, read_deck
 from femflex.decks.deck import AUTOSPC
 from femflex.decks.findings import toml_key
@@ -19,6 +17,8 @@ from femflex.fem import Structure, Support
 from femflex.fem.support import COMPONENTS
 from femflex.reduction import cantilever_modes, free_free_modes
 from femflex.reduction.boundary.rigid import is_held_by_springs, rigid_shapes
+from femflex.starting.case_text import CLAMPS, group_named_like
+from femflex.starting.deck_text import DeckFacts
 
 LARGEST = 60000  # degrees of freedom; modes of larger decks are not computed for their starting cases
 MODES = 6

@@ -7,10 +7,22 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from femflex.case.case import Case
-from femflex.case.evaluate import Record, measured_unit, measured_value
-from femflex.case.measure import OF_CAMPBELL, OF_JITTER, OF_SYSTEM, ExpectTable
+from femflex.measures.evaluate import Record, measured_unit, measured_value
+from femflex.measures.measure import OF_CAMPBELL, OF_JITTER, OF_SYSTEM, ExpectationsTable, ExpectTable
 from femflex.noun.units import UnitError, to_base
+from femflex.system.orbit import Orbit
+
+
+class Expecting(Protocol):
+    """What expects: a case."""
+
+    @property
+    def expect(self) -> ExpectationsTable:
+        """Its own answers."""
+
+    @property
+    def orbit(self) -> Orbit:
+        """Its orbit, of kind "none" where it has none."""
 
 
 class Diagram(Protocol):
@@ -46,7 +58,7 @@ class Verdict:
         )
 
 
-def run_verdicts(case: Case, run: Record) -> list[Verdict]:
+def run_verdicts(case: Expecting, run: Record) -> list[Verdict]:
     """The verdict on every entry of the case's [expect] table that is about a run.
 
     Raises ValueError or KeyError for a quantity the run does not have.
@@ -59,12 +71,12 @@ def run_verdicts(case: Case, run: Record) -> list[Verdict]:
     ]
 
 
-def expects_modes(case: Case) -> bool:
+def expects_modes(case: Expecting) -> bool:
     """Whether the case expects anything of the modes of the craft."""
     return any(table.of == OF_SYSTEM for table in case.expect.answers.values())
 
 
-def mode_verdicts(case: Case, modes: Modes) -> list[Verdict]:
+def mode_verdicts(case: Expecting, modes: Modes) -> list[Verdict]:
     """The verdict on every entry of the case's [expect] table that is about the modes of the craft.
 
     Raises KeyError for a mode that the craft does not have.
@@ -76,7 +88,7 @@ def mode_verdicts(case: Case, modes: Modes) -> list[Verdict]:
     ]
 
 
-def jitter_verdicts(case: Case, rms: Mapping[str, tuple[float, str]]) -> list[Verdict]:
+def jitter_verdicts(case: Expecting, rms: Mapping[str, tuple[float, str]]) -> list[Verdict]:
     """The verdict on every entry of the case's [expect] table that is about jitter.
 
     rms: name of an output -> root mean square and unit. Raises KeyError for an output that [jitter] does not have.
@@ -90,7 +102,7 @@ def jitter_verdicts(case: Case, rms: Mapping[str, tuple[float, str]]) -> list[Ve
     return out
 
 
-def diagram_verdicts(case: Case, diagram: Diagram) -> list[Verdict]:
+def diagram_verdicts(case: Expecting, diagram: Diagram) -> list[Verdict]:
     """The verdict on every entry of the case's [expect] table that is about its Campbell diagram.
 
     Raises KeyError for a branch or a speed that the diagram does not have.

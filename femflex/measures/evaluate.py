@@ -9,8 +9,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.case.measure import OF_BODY, MeasureTable
-from femflex.case.tones import crossing_frequency, fitted_frequencies
+from femflex.measures.measure import OF_BODY, MeasureTable
+from femflex.measures.tones import crossing_frequency, fitted_frequencies
 from femflex.noun.problems import suggestion_text
 
 

@@ -10,16 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from femflex.arrays import Array, IntArray
-from femflex.case.starting_deck import DeckFacts, deck_tables, suitable_scale
+from femflex.assembly.extents import LARGE
 from femflex.mesh import Mesh
 from femflex.mesh.cells import CELL_TYPES, EDGES, FACES
 from femflex.mesh.regions import with_whole_groups
+from femflex.starting.deck_text import DeckFacts, deck_tables, suitable_scale
 
 CLAMPS = ("root", "base", "clamp", "fixed", "fix", "hinge", "start", "left")  # parts of names of clamped groups
 TIPS = ("tip", "end", "corner", "free", "right")
 GENTLE = "0.4"  # N m; torque that bends a thin panel by some per cent of its length
 ASKEW = 1e-3  # of a quadrilateral's size or angle, up to which it is a rectangle
-LARGE = 200.0  # extent beyond which the unit of a mesh is probably the millimetre
 
 HEAD = """\
 #:schema {schema}

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from femflex.assembly.bodies import built_body
 from femflex.case import CaseError, parse_case
-from femflex.case.starting_case import mesh_choices, starting_case
 from femflex.mesh import Mesh
+from femflex.starting.case_text import mesh_choices, starting_case
 
 LARGEST = 30000  # points; no body is tried for larger meshes
 FEWER = (6, 3, 1)  # modes
