@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -50,7 +50,10 @@ class Cable(MarkerPair, heading="cables"):
     mass_per_length: Annotated[float | None, Quantity("kg/m", above=0.0)] = None
     """Mass per length of a cable of constant length, as point masses on a line. Default: no mass."""
     masses: Annotated[int, Count(1, 500)] = 20
-    """Number of point masses, with mass_per_length. They start on the straight line between the markers."""
+    """Number of point masses, with mass_per_length."""
+    start: Literal["straight", "hanging"] = "straight"
+    """Where the masses start: on the straight line between the markers, or as the cable hangs at rest under gravity
+    and its weight in water, in part on the sea floor where its lower end lies there."""
 
     channels = {"tension": "N", "distance": "m", "length": "m"}
     accounts = ("energy", "dissipation", "supplied")

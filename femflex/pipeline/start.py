@@ -13,12 +13,17 @@ from femflex.case.case import Case
 from femflex.case.initial import EQUILIBRIUM
 from femflex.dynamics import compile_system
 from femflex.effectors import Cable, Sensor, WetMember, with_heavy_cable
+from femflex.effectors.catenary import hanging_places
+from femflex.effectors.water.motion import DENSITY, DEPTH, FLOOR_STIFFNESS, LEVEL
+from femflex.effectors.water.water import water_of
 from femflex.noun.problems import CaseError, Problem
 from femflex.pipeline.compiled import compiled
 from femflex.pipeline.recovery_channels import recovery_channels
 from femflex.pipeline.references import channel_problems, motion_problems, size_problems
 from femflex.rotations import dcm_from_quaternion
 from femflex.system import Context, Effector, Part, System, started
+
+ON_FLOOR = 1e-3  # m: height of an end above the floor at which it lies on it
 
 
 def system_of(case: Case, bodies: Mapping[str, Part] | None = None) -> System:
@@ -66,15 +71,48 @@ def with_heavy_cables(case: Case, system: System) -> System:
             for kind in ("displacement", "velocity")
         )
         share = (np.arange(table.masses)[:, None] + 0.5) / table.masses
-        context = Context(folder=case.path.parent)
+        context, places = Context(folder=case.path.parent), share * span
         try:
-            system = with_heavy_cable(system, name, table, share * span, share * rate, context)
+            if table.start == "hanging":
+                attitude = dcm_from_quaternion(channels[f"bodies/{table.parent}/attitude"][0])
+                marker = system.bodies[table.parent].marker(table.parent_marker)
+                first = channels[f"bodies/{table.parent}/position"][0] + attitude @ marker.position
+                places = _hanging(case, name, table, first, attitude @ marker.orientation, span)
+            system = with_heavy_cable(system, name, table, places, share * rate, context)
             system = replace(system, effectors=(*system.effectors, *_water_on_cable(case, name)))
         except ValueError as error:
             problems.append(Problem(f"cables.{name}", str(error.args[0])))
     if problems:
         raise CaseError(case.path.name, problems)
     return system
+
+
+def _hanging(case: Case, name: str, cable: Cable, first: Array, axes: Array, span: Array) -> Array:
+    """Places (n, 3) of the masses of a cable that hangs, axes of the parent's marker. Raises ValueError.
+
+    first: place of its first end; axes: C_NM of its marker; span: to the other end, axes of the marker
+    """
+    gravity = build_environment(case).gravity
+    g = float(np.linalg.norm(gravity))
+    if not g > 0.0:
+        raise ValueError('found start = "hanging" without gravity; give environment.gravity, or start it straight')
+    assert cable.mass_per_length is not None and cable.length.profile is not None
+    weight, floor = cable.mass_per_length * g, False
+    for noun, sea in _water_of_cable(case, name):
+        weight -= sea[DENSITY] * g * noun.displaced
+        lowest = min(float(first @ -gravity), float((first + axes @ span) @ -gravity)) / g
+        floor = sea[FLOOR_STIFFNESS] > 0.0 and lowest <= sea[LEVEL] - sea[DEPTH] + ON_FLOOR
+    shares = (np.arange(cable.masses) + 0.5) / cable.masses
+    length = float(cable.profile(Context(folder=case.path.parent))(0.0)[0])
+    return hanging_places(span, length, cable.EA, weight, axes.T @ -gravity / g, shares, floor)
+
+
+def _water_of_cable(case: Case, name: str) -> list[tuple[WetMember, Array]]:
+    """Wet members on a cable, and the numbers of their waters."""
+    nouns = {key: noun for named in case.effectors.values() for key, noun in named.items()}
+    context = Context(nouns, case.path.parent, gravity=build_environment(case).gravity)
+    wet = [noun for noun in nouns.values() if isinstance(noun, WetMember) and noun.cable == name]
+    return [(noun, water_of(context, noun.water).sea(context)) for noun in wet]
 
 
 def _water_on_cable(case: Case, name: str) -> list[Effector]:

@@ -135,6 +135,11 @@ class WetMember(EffectorNoun, heading="wet_members"):
         """Its effector on the masses of a cable. Raises ValueError."""
         return self._effector(name, *self._cable_pieces(context), wet_cable, cable_masses, context)
 
+    @property
+    def displaced(self) -> float:
+        """Area of the section whose water it displaces [m^2]."""
+        return math.pi * (self.diameter**2 - self.inner_diameter**2) / 4
+
     def _effector(
         self,
         name: str,
@@ -147,10 +152,19 @@ class WetMember(EffectorNoun, heading="wet_members"):
         water = water_of(context, self.water)
         sea = water.sea(context)
         outer, inner_area = math.pi * self.diameter**2 / 4, math.pi * self.inner_diameter**2 / 4
-        displaced, inside = outer - inner_area, sea[0] * inner_area
         speeds = {"current": at.CURRENT, "sea_state": at.SEA_STATE}
         amplitude = 8.0 / (3.0 * math.pi) * (self.amplitude or 0.0)
-        head = [len(pieces), self.diameter, outer, displaced, sea[0] * self.Ca * outer, inside, self.Cd, self.Cf, 0.0]
+        head = [
+            len(pieces),
+            self.diameter,
+            outer,
+            self.displaced,
+            sea[0] * self.Ca * outer,
+            sea[0] * inner_area,
+            self.Cd,
+            self.Cf,
+            0.0,
+        ]
         head += [speeds.get(self.linear_drag, amplitude), at.HEAD + pieces.size]
         parameters = np.concatenate([head, pieces.ravel(), sea])
 
