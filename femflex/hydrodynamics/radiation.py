@@ -1,0 +1,153 @@
+"""Radiation of waves by a moving body as a state space that is stable and passive by its form.
+
+Cummins' kernel K = B + i omega (A - A_inf) over the motions that radiate together is a chain of blocks
+
+    K(s) = G^T (s + R_1 + J_1 (s + J_2 (s + R_3 + ...)^-1 J_2^T)^-1 J_1^T)^-1 G,    R_1, R_3, ... >= 0
+
+which is symmetric, stable and positive real for any J and G, zero at s = 0, and falls as 1/s, as the kernel does; its
+damping may fall much faster. J, R and G follow from least squares over the data.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from scipy.linalg import block_diag
+from scipy.optimize import least_squares
+
+from femflex.arrays import Array, ComplexArray
+from femflex.hydrodynamics.data import WaveData
+
+ACCURACY = 0.02  # of the largest kernel: error that is accepted
+BLOCKS = (2, 4, 6)  # of a chain, from the first that is accurate
+STARTS = 6  # of the search, from different chains
+COUPLED = 1e-4  # of the geometric mean: damping between two motions that counts as none
+WEAK = 1e-6  # of the largest, each measured by the body's size: damping of a motion that does not radiate
+
+
+@dataclass(frozen=True, eq=False)
+class Radiation:
+    """States z of radiation: dz/dt = rate z + input nu, and the force is -input^T z; nu the velocity of the body (6,).
+
+    rate      (n, n), whose symmetric part is negative: z loses energy |z|^2 / 2
+    input     (n, 6)
+    infinite  (6, 6) added mass at infinite frequency
+    error     largest error of the kernel over the data, over its largest value
+    """
+
+    rate: Array
+    input: Array
+    infinite: Array
+    error: float
+
+    def kernel(self, omega: Array) -> ComplexArray:
+        """K (n, 6, 6) at frequencies (n,)."""
+        resolvent = 1j * omega[:, None, None] * np.eye(len(self.rate)) - self.rate
+        return np.asarray(
+            self.input.T @ np.linalg.solve(resolvent, np.broadcast_to(self.input, (len(omega), *self.input.shape)))
+        )
+
+
+def fitted(data: WaveData) -> Radiation:
+    """The Radiation of the data: the shortest chains that meet it within 2 %, or the best of the longest."""
+    omega, B = data.omega, data.damping
+    size = np.sqrt(np.maximum(np.einsum("nii->ni", B), 0.0).max(axis=0))  # of each motion
+    moves = size**2 > WEAK * _scales(data)
+    rates, inputs = [np.zeros((0, 0))], [np.zeros((0, 6))]
+    for group in _groups(B, size, moves):
+        scale = np.outer(size[group], size[group])
+        A = data.added_mass[:, group][:, :, group] / scale
+        infinite = None if data.infinite is None else data.infinite[group][:, group] / scale
+        chain = _fit_group(omega, B[:, group][:, :, group] / scale, A, infinite)
+        own, wide = chain[0], np.zeros((len(chain[0]), 6))
+        wide[:, group] = chain[1] * size[group]
+        rates, inputs = [*rates, own], [*inputs, wide]
+    found = Radiation(block_diag(*rates[1:]) if rates[1:] else rates[0], np.concatenate(inputs), np.zeros((6, 6)), 0.0)
+    kernel, infinite = found.kernel(omega), data.infinite
+    if infinite is None:
+        infinite = np.mean(data.added_mass - kernel.imag / omega[:, None, None], axis=0)
+    truth = B + 1j * omega[:, None, None] * (data.added_mass - infinite)
+    scale = np.where(moves, size, np.inf)
+    error = np.abs((kernel - truth) / np.outer(scale, scale)).max(initial=0.0)
+    return Radiation(found.rate, found.input, infinite, float(error))
+
+
+def _scales(data: WaveData) -> Array:
+    """Damping (6,) against which that of a motion is nothing: of the largest, moments by the body's size squared."""
+    inertia = np.abs(np.einsum("nii->ni", data.added_mass)).max(axis=0)
+    arm = inertia[3:].max() / max(inertia[:3].max(), np.finfo(float).tiny)
+    B = np.einsum("nii->ni", data.damping).max(axis=0)
+    largest = max(B[:3].max(), B[3:].max() / max(arm, np.finfo(float).tiny))
+    return np.array([largest] * 3 + [largest * arm] * 3)
+
+
+def _groups(B: Array, size: Array, moves: Array) -> list[list[int]]:
+    """Motions that radiate together."""
+    coupled = np.abs(B).max(axis=0) > COUPLED * np.outer(size, size)
+    groups: list[list[int]] = []
+    for k in np.flatnonzero(moves):
+        joined = [group for group in groups if any(coupled[k, j] for j in group)]
+        groups = [group for group in groups if group not in joined]
+        groups.append(sorted([int(k), *(j for group in joined for j in group)]))
+    return groups
+
+
+def _fit_group(omega: Array, B: Array, A: Array, infinite: Array | None) -> tuple[Array, Array]:
+    """Rate (n, n) and input (n, m) of the chain for damping B (f, m, m), at most 1 on its diagonal, and added mass."""
+    m, s = B.shape[1], 1j * omega[:, None, None]
+    peak = float(omega[int(np.argmax(np.einsum("fii->f", B)))])
+    upper = np.triu_indices(m)
+
+    def gap(x: Array, count: int) -> Array:
+        G, J, R = _chain(x, count, m)
+        inner = np.zeros((len(omega), m, m), complex)
+        for k in reversed(range(count)):
+            if k + 1 < count:
+                inner = J[k] @ np.linalg.inv(inner) @ J[k].T
+            inner = inner + s * np.eye(m) + (R[k // 2] if k % 2 == 0 else 0.0)
+        kernel = G.T @ np.linalg.inv(inner) @ G
+        mass = A - kernel.imag / omega[:, None, None]  # that at infinite frequency, by each of the data
+        change = omega[:, None, None] * (mass - (mass.mean(axis=0) if infinite is None else infinite))
+        return np.concatenate([(kernel.real - B)[:, *upper].ravel(), change[:, *upper].ravel()])
+
+    best: tuple[float, Array, int] | None = None
+    random = np.random.default_rng(0)
+    for count in BLOCKS:
+        for start in range(STARTS):
+            unit, spread = np.eye(m).ravel(), 0.0 if start == 0 else 0.5
+            x = np.concatenate(
+                [unit * np.sqrt(peak), np.tile(unit, count - 1) * peak, np.tile(unit, count // 2) * np.sqrt(peak)]
+            )
+            x = x * np.exp(spread * random.normal(size=len(x))) + 0.2 * spread * peak * random.normal(size=len(x)) * (
+                m > 1
+            )
+            found = least_squares(partial(gap, count=count), x, x_scale="jac", max_nfev=200)
+            error = float(np.abs(found.fun).max())
+            if best is None or error < best[0]:
+                best = error, found.x, count
+            if best[0] < ACCURACY / 2:
+                return _state_space(*_chain(best[1], best[2], m))
+    assert best is not None
+    return _state_space(*_chain(best[1], best[2], m))
+
+
+def _chain(x: Array, count: int, m: int) -> tuple[Array, Array, Array]:
+    """G (m, m), J (count - 1, m, m) and R (count / 2, m, m) of a chain."""
+    blocks = x.reshape(-1, m, m)
+    L = blocks[count:]
+    return blocks[0], blocks[1:count], L @ L.swapaxes(1, 2)
+
+
+def _state_space(G: Array, J: Array, R: Array) -> tuple[Array, Array]:
+    """Rate (n, n) and input (n, m) of a chain."""
+    m, count = len(G), len(J) + 1
+    rate = np.zeros((count * m, count * m))
+    for k in range(count):
+        here, next_one = slice(k * m, (k + 1) * m), slice((k + 1) * m, (k + 2) * m)
+        if k % 2 == 0:
+            rate[here, here] = -R[k // 2]
+        if k + 1 < count:
+            rate[here, next_one], rate[next_one, here] = -J[k], J[k].T
+    return rate, np.concatenate([G, np.zeros(((count - 1) * m, m))])
