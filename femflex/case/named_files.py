@@ -52,6 +52,8 @@ def input_files(case: Case) -> list[Path]:
     """The case file and all files to which it refers."""
     names = [name for _, name in _referenced_files(outline_of_tables(tomllib.loads(case.text)))]
     names += [name for _, motion in motions_from_files(case) for name in motion.files]
+    nouns = (noun for named in case.effectors.values() for noun in named.values())
+    names += [name for noun in nouns for name in getattr(noun, "files", ())]
     return [case.path, *(case.path.parent / name for name in names)]
 
 

@@ -53,6 +53,7 @@ from femflex.effectors.surroundings.sun import Sun
 from femflex.effectors.tank import Tank
 from femflex.effectors.thruster import LevelTable, PulseTrain, Thruster
 from femflex.effectors.water.water import Water
+from femflex.effectors.water.wet_bodies import WetBody
 from femflex.effectors.water.wet_members import WetMember
 from femflex.effectors.wheel import Wheel, unbalanced_rotor
 
@@ -97,6 +98,7 @@ __all__ = [
     "Thruster",
     "TorqueRod",
     "Water",
+    "WetBody",
     "WetMember",
     "Wheel",
     "allocation",

@@ -3,8 +3,8 @@
 From the lower end, with horizontal tension H, vertical tension V at the upper end, weight w per length and length L
 (Irvine, Cable Structures, 1981; Jonkman, NREL/TP-500-41958, 2007), the part s of the length is at
 
-    x = H/w [asinh((V_0 + w s)/H) - asinh(V_0/H)] + H s/EA,    z = H/w [sqrt(1 + ((V_0 + w s)/H)^2) - sqrt(1 + (V_0/H)^2)]
-        + (V_0 s + w s^2/2)/EA,    V_0 = V - w L
+    x = H/w [asinh((V_0 + w s)/H) - asinh(V_0/H)] + H s/EA,    V_0 = V - w L
+    z = H/w [sqrt(1 + ((V_0 + w s)/H)^2) - sqrt(1 + (V_0/H)^2)] + (V_0 s + w s^2/2)/EA
 
 and with V < w L on a floor without friction the first L - V/w lies straight.
 """

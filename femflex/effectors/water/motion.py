@@ -3,7 +3,8 @@
 A component of amplitude a, wave number k along a horizontal direction and frequency omega^2 = g k tanh(k h) has, with
 theta = k x - omega t + phase and z upwards from the still surface,
 
-    eta = a cos theta,   u = a omega cosh(k (z' + h)) / sinh(k h) cos theta,   w = a omega sinh(...) / sinh(k h) sin theta
+    eta = a cos theta,    u = a omega cosh(k (z' + h)) / sinh(k h) cos theta,
+    w = a omega sinh(k (z' + h)) / sinh(k h) sin theta
 
 at the stretched height z' = h (z - eta) / (h + eta) (Wheeler 1970), eta of all components together. The water's
 acceleration is d/dt at the place. Waves do not feel the current.

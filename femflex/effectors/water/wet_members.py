@@ -175,7 +175,8 @@ class WetMember(EffectorNoun, heading="wet_members"):
 
         effector = Effector(
             name, act, markers, channels=self.channels, accounts=self.accounts, exerts=self.exerts,
-            parameters=parameters, kind=self.label, added_mass=masses, linear=linear, linear_note=self._left_out(name, water),
+            parameters=parameters, kind=self.label, added_mass=masses, linear=linear,
+            linear_note=self._left_out(name, water),
         )  # fmt: skip
         return effector
 
@@ -223,8 +224,8 @@ class WetMember(EffectorNoun, heading="wet_members"):
                 rows.append([*tangent, size])
         if not rows:
             raise ValueError(
-                f"body {self.body!r} has no lines of group {self.group!r}; give a group of lines of a body with a mesh, "
-                "a beam on admissible functions, or start and end of a rod"
+                f"body {self.body!r} has no lines of group {self.group!r}; give a group of lines of a body with a "
+                "mesh, a beam on admissible functions, or start and end of a rod"
             )
         return tuple(markers), np.array(rows)
 
