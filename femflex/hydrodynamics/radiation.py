@@ -21,8 +21,7 @@ from femflex.arrays import Array, ComplexArray
 from femflex.hydrodynamics.data import WaveData
 
 ACCURACY = 0.02  # of the largest kernel: error that is accepted
-BLOCKS = (2, 4, 6)  # of a chain, from the first that is accurate
-STARTS = 6  # of the search, from different chains
+LONGEST = 12  # blocks of a chain
 COUPLED = 1e-4  # of the geometric mean: damping between two motions that counts as none
 WEAK = 1e-6  # of the largest, each measured by the body's size: damping of a motion that does not radiate
 
@@ -112,25 +111,29 @@ def _fit_group(omega: Array, B: Array, A: Array, infinite: Array | None) -> tupl
         change = omega[:, None, None] * (mass - (mass.mean(axis=0) if infinite is None else infinite))
         return np.concatenate([(kernel.real - B)[:, *upper].ravel(), change[:, *upper].ravel()])
 
-    best: tuple[float, Array, int] | None = None
-    random = np.random.default_rng(0)
-    for count in BLOCKS:
-        for start in range(STARTS):
-            unit, spread = np.eye(m).ravel(), 0.0 if start == 0 else 0.5
-            x = np.concatenate(
-                [unit * np.sqrt(peak), np.tile(unit, count - 1) * peak, np.tile(unit, count // 2) * np.sqrt(peak)]
-            )
-            x = x * np.exp(spread * random.normal(size=len(x))) + 0.2 * spread * peak * random.normal(size=len(x)) * (
-                m > 1
-            )
-            found = least_squares(partial(gap, count=count), x, x_scale="jac", max_nfev=200)
-            error = float(np.abs(found.fun).max())
-            if best is None or error < best[0]:
-                best = error, found.x, count
-            if best[0] < ACCURACY / 2:
-                return _state_space(*_chain(best[1], best[2], m))
+    x, best = _first_chain(m, peak), None
+    for count in range(2, LONGEST + 1, 2):
+        found = least_squares(partial(gap, count=count), x, x_scale="jac", max_nfev=200)
+        error = float(np.abs(found.fun).max())
+        if best is None or error < best[0]:
+            best = error, found.x, count
+        if error < ACCURACY:
+            break
+        x = _longer(found.x, count, m, peak)
     assert best is not None
     return _state_space(*_chain(best[1], best[2], m))
+
+
+def _first_chain(m: int, peak: float) -> Array:
+    """Numbers of a chain of two blocks, which resonate at the peak."""
+    unit = np.eye(m).ravel()
+    return np.concatenate([np.sqrt(peak) * unit, peak * unit, np.sqrt(peak) * unit])
+
+
+def _longer(x: Array, count: int, m: int, peak: float) -> Array:
+    """Numbers of a chain with two blocks more, to which it is hardly tied."""
+    blocks, more = x.reshape(-1, m * m), peak * np.eye(m).ravel()
+    return np.concatenate([*blocks[:count], 0.2 * more, more, *blocks[count:], more / np.sqrt(peak)])
 
 
 def _chain(x: Array, count: int, m: int) -> tuple[Array, Array, Array]:

@@ -17,6 +17,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
 from typing import Annotated
 
 import numpy as np
@@ -163,11 +165,11 @@ class WetBody(Mounted, heading="wet_bodies"):
     def _radiation(self, context: Context, sea: Array) -> tuple[WaveData | None, Radiation | None]:
         if self.data is None:
             return None, None
+        path = context.folder / self.data
         try:
-            data = read_wave_data(context.folder / self.data, sea[DENSITY], sea[GRAVITY])
+            data, radiation = _fitted_file(path, path.stat().st_mtime, sea[DENSITY], sea[GRAVITY])
         except OSError as error:
             raise ValueError(f"found data = {self.data!r}, which cannot be read: {error.strerror or error}") from error
-        radiation = fitted(data)
         if radiation.error > ACCURACY:
             raise ValueError(
                 f"radiation of {self.data!r} is met within {100 * radiation.error:.2g} % only, and 2 % are needed; "
@@ -217,6 +219,13 @@ class WetBody(Mounted, heading="wet_bodies"):
             X = amplitude * data.excitation_at(omega, heading)
             out.append(np.stack([X.real, X.imag], axis=1))
         return np.array(out)
+
+
+@lru_cache(maxsize=8)
+def _fitted_file(path: Path, changed: float, density: float, gravity: float) -> tuple[WaveData, Radiation]:
+    """The data of a file, last changed at a time, and their radiation: found once in a process."""
+    data = read_wave_data(path, density, gravity)
+    return data, fitted(data)
 
 
 @inner
