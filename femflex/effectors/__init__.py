@@ -35,6 +35,8 @@ from femflex.effectors.controllers import (
 )
 from femflex.effectors.distributed_load import DistributedLoad
 from femflex.effectors.gyro import Gyro
+from femflex.effectors.heat.balance import HeatBalance
+from femflex.effectors.heat.history import TemperatureHistory
 from femflex.effectors.magnetic import EddyCurrents, MagneticDipole, TorqueRod
 from femflex.effectors.noun import EffectorNoun, MarkerPair, Mounted
 from femflex.effectors.sensor import Sampling, Sensor, strain_sensor
@@ -69,6 +71,7 @@ __all__ = [
     "EffectorNoun",
     "Gain",
     "Gyro",
+    "HeatBalance",
     "LevelTable",
     "LinearSystem",
     "LowPass",
@@ -95,6 +98,7 @@ __all__ = [
     "Sun",
     "Surface",
     "Tank",
+    "TemperatureHistory",
     "Thruster",
     "TorqueRod",
     "Water",

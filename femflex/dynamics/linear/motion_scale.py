@@ -6,7 +6,8 @@ sqrt(2 E / k), with the diagonal entries m and k of mass and stiffness; without 
 E is the kinetic energy of initial and prescribed rates, and what the start, loads and prescribed motions put into the
 linear motion x'' + A x = a(t): a^T M R a / 2 with R = (A + 2 / T^2)^-1. A turns displacements into accelerations that
 oppose them (`restoring_accelerations`); a(t) is the acceleration of the initial state under the loads of time t. A mode
-of A of frequency omega moves by a / omega^2, one without stiffness by a T^2 / 2.
+of A of frequency omega moves by a / omega^2, one without stiffness by a T^2 / 2. Temperatures, which induce strain, go
+on at their first rate, by their usual size at most.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from femflex.dynamics.linear.freedoms import (
     usual_sizes,
 )
 from femflex.dynamics.linear.increments import advanced
-from femflex.system import System
+from femflex.system import Effector, System
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
@@ -234,7 +235,7 @@ def estimated_motion(model: Model, x0: Array, begin: float, end: float) -> tuple
     columns, A = stiff_indices(model), np.zeros((n, n))
     A[:, columns[1]] = restoring_accelerations(model, columns, np.eye(len(columns[1]))).T
     times = np.unique(np.concatenate([np.linspace(begin, end, INSTANTS), _times_near_breaks(model, begin, end)]))
-    states = np.tile(x0, (len(times), 1))
+    states = _with_induced_strain(model, x0, times)
     rates = np.empty_like(states)
     for t, x, dx in zip(times, states, rates, strict=True):
         model.rate(float(t), x, dx, *model.workspace.arrays)
@@ -260,6 +261,18 @@ def estimated_motion(model: Model, x0: Array, begin: float, end: float) -> tuple
         start_energy = START_SHARE**2 * abs(deflection @ M @ (A @ deflection))
         energy = energies.max() + start_energy + (m * (frame_rate(model.system) * sizes) ** 2).max()  # twice
         return np.sqrt(energy / k), np.sqrt(energy / m)
+
+
+def _with_induced_strain(model: Model, x0: Array, times: Array) -> Array:
+    """The state x0 at each time (n_t, n_x), with those states of effectors moved on that induce strain."""
+    states, names = np.tile(x0, (len(times), 1)), [name for name, _ in model.system.state_names()]
+    strained = [e for e in model.system.effectors if isinstance(e, Effector) and e.strained is not None]
+    moving = [names.index(name) for effector in strained for name, _ in effector.state_names()]
+    if moving:
+        places = model.n_q + model.n_u + np.array(moving)
+        moved, size = np.outer(times - times[0], model.state_rate(times[0], x0)[places]), model.system.state_sizes()
+        states[:, places] += np.clip(moved, -size[moving], size[moving])
+    return states
 
 
 def _times_near_breaks(model: Model, begin: float, end: float) -> Array:

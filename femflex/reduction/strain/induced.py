@@ -68,8 +68,10 @@ def _induced_strain(
         for part, of_response, strain in zip(parts, strain_field(structure, response, True), strains, strict=True):
             held = np.matmul(np.broadcast_to(part.elastic, (len(strain), *part.elastic.shape[1:])), strain)
             stress = _stress_of(part, of_response) - held
-            largest = np.abs(held).max(axis=(0, 2), initial=0.0)[:, None]
-            V1 += stiffness_of_stress(part, np.where(np.abs(stress) > RELAXED * largest, stress, 0.0), n, body.slaves)
+            unit = np.sqrt(np.abs(np.einsum("...ii->...i", part.elastic)))[..., None]  # stresses over it are comparable
+            largest = np.abs(np.divide(held, unit, out=np.zeros_like(held), where=unit > 0.0)).max(axis=(0, 1))
+            remaining = np.where(np.abs(stress) > RELAXED * unit * largest, stress, 0.0)
+            V1 += stiffness_of_stress(part, remaining, n, body.slaves)
     k, c = len(patches.size), len(components)
     return InducedStrain(
         components,
