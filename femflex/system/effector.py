@@ -134,7 +134,7 @@ class Effector:
     strained: tuple[str, str] | None = None
     n_strains: int = 0
     parameters: Array = field(default_factory=lambda: np.zeros(0))
-    jacobian: Act | None = None
+    jacobian: Act | CompiledAct | None = None
     events: tuple[StateEvent, ...] = ()
     breaks: Array = field(default_factory=lambda: np.zeros(0))
     starts: Mapping[str, tuple[str, float]] = field(default_factory=dict)

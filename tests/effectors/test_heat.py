@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
 import femflex
 from femflex import Orbit, System, fem, simulate, system_modes
-from femflex.case import parse_case
 from femflex.effectors import EarthRadiation, HeatBalance, Optical, Sun, Surface
 from femflex.mesh import rectangle
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body, cantilever_modes, reduce_structure

@@ -222,7 +222,10 @@ class HeatBalance(ThermalStrain, heading="thermal"):
             K[part] += self.property_value("conductivity") / step * np.array([[1.0, -1.0], [-1.0, 1.0]])
         inverse, z = np.linalg.inv(M), np.linspace(-h / 2, h / 2, n)
         mean = M.sum(axis=0) / capacity
-        return (-inverse @ K).ravel(), inverse[:, 0], inverse[:, -1], mean, 12.0 / h**2 * (M @ z) / capacity
+        gradient = 12.0 / h**2 * (M @ z) / capacity
+        return tuple(
+            np.asarray(a, float).ravel() for a in (-inverse @ K, inverse[:, 0], inverse[:, -1], mean, gradient)
+        )
 
 
 P, IN, _ = HeatBalance.places()
