@@ -18,7 +18,14 @@ MODELS = (".npz", ".mat", ".op4", ".bdf", ".pch", ".dmig")  # suffixes of models
 def body(
     case: CaseFile,
     name: Annotated[str, typer.Argument(help="Name of the body in the case.", show_default=False)],
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Body file. Default: NAME.h5.")] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="Body file; for other programs .SID_FEM (SIMPACK), .fem (MBDyn), .exudyn.npz. Default: NAME.h5.",
+        ),
+    ] = None,
     number: Annotated[
         int | None, typer.Option("-n", "--number", min=1, help="Number of modes. Default: that of the case.")
     ] = None,
@@ -35,11 +42,16 @@ def body(
     """Reduce one body of a case and save it; a case uses it with kind = "file".
 
     With --interface it is written as a Craig-Bampton model for other programs, and used with kind = "matrices".
+    Files of other multibody programs have all markers as nodes.
     """
+    from femflex.export.multibody import body_writer
     from femflex.writing import check_destination
 
     target = output or Path(f"{name}.npz" if interface else f"{name}.h5")
-    if not interface and target.suffix.lower() in MODELS:
+    writer = body_writer(target)
+    if interface and writer is not None:
+        raise ValueError(f"{target} has all markers as its nodes; leave --interface out")
+    if not interface and writer is None and target.suffix.lower() in MODELS:
         raise ValueError(
             f"{target} would be a Craig-Bampton model, which needs interfaces: --interface MARKER; a body file for "
             "femflex is .h5"
@@ -60,6 +72,8 @@ def body(
 
             model = craig_bampton_model(reduced, interface, name)
             write_matrices(model, target, force=force)
+        elif writer is not None:
+            lines = writer(reduced, target, name, force)
         else:
             save_body(target, reduced, force=force)
     if interface:
@@ -67,6 +81,9 @@ def body(
             f"{target}: Craig-Bampton model of {reduced.moments.mass:.6g} kg, {model.n_dof - model.n_modal} interface "
             f"and {model.n_modal} modal coordinates, interfaces {', '.join(interface)}; SI"
         )
+        return
+    if writer is not None:
+        print("\n".join([f"{target}: {lines[0]}", *lines[1:]]))
         return
     print(
         f"{target}: {reduced.moments.mass:.6g} kg, {reduced.n_modes} elastic coordinates, "
