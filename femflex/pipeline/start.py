@@ -92,7 +92,7 @@ def _hanging(case: Case, name: str, cable: Cable, first: Array, axes: Array, spa
 
     first: place of its first end; axes: C_NM of its marker; span: to the other end, axes of the marker
     """
-    gravity = build_environment(case).gravity
+    gravity = case.environment.gravity
     g = float(np.linalg.norm(gravity))
     if not g > 0.0:
         raise ValueError('found start = "hanging" without gravity; give environment.gravity, or start it straight')
@@ -110,7 +110,7 @@ def _hanging(case: Case, name: str, cable: Cable, first: Array, axes: Array, spa
 def _water_of_cable(case: Case, name: str) -> list[tuple[WetMember, Array]]:
     """Wet members on a cable, and the numbers of their waters."""
     nouns = {key: noun for named in case.effectors.values() for key, noun in named.items()}
-    context = Context(nouns, case.path.parent, gravity=build_environment(case).gravity)
+    context = Context(nouns, case.path.parent, gravity=case.environment.gravity)
     wet = [noun for noun in nouns.values() if isinstance(noun, WetMember) and noun.cable == name]
     return [(noun, water_of(context, noun.water).sea(context)) for noun in wet]
 

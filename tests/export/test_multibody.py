@@ -16,7 +16,9 @@ BEAM = UniformBeam(2.0, EA=1e5, EIy=20.0, EIz=10.0, GJ=15.0, mass_per_length=1.3
 
 def beam():
     """A beam that bends both ways, stretches and twists."""
-    return beam_body(BEAM, BeamFunctions(y=2, z=1, axial=1, torsion=1), damping=Damping(ratio=0.02)).with_linear_strain()
+    return beam_body(
+        BEAM, BeamFunctions(y=2, z=1, axial=1, torsion=1), damping=Damping(ratio=0.02)
+    ).with_linear_strain()
 
 
 def cloud():
