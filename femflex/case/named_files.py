@@ -53,7 +53,7 @@ def input_files(case: Case) -> list[Path]:
     names = [name for _, name in _referenced_files(outline_of_tables(tomllib.loads(case.text)))]
     names += [name for _, motion in motions_from_files(case) for name in motion.files]
     nouns = (noun for named in case.effectors.values() for noun in named.values())
-    names += [name for noun in nouns for name in getattr(noun, "files", ())]
+    names += [name for noun in nouns for _, name in noun.files()]
     return [case.path, *(case.path.parent / name for name in names)]
 
 

@@ -116,10 +116,9 @@ class WetBody(Mounted, heading="wet_bodies"):
             refuse("found neither volume nor data; say how much water the body displaces")
         return self
 
-    @property
-    def files(self) -> tuple[str, ...]:
-        """Files that it names."""
-        return () if self.data is None else (self.data,)
+    def files(self) -> tuple[tuple[str, str], ...]:
+        """(key, name) of the file that it names."""
+        return () if self.data is None else (("data", self.data),)
 
     def parameters(self) -> Array:
         """None but those of `effector`, which depend on the water."""
