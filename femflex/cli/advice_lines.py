@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from femflex.cli.tables import print_line
 
 if TYPE_CHECKING:
     from femflex.pipeline.decisions import ResolvedCase
-
-
-Verbose = Annotated[bool, typer.Option("-v", "--verbose", help="Print also tables of detail and reasons of choices.")]
 
 
 def print_notes(notes: Mapping[str, str]) -> None:

@@ -91,10 +91,11 @@ def campbell(
             with printed(as_json):
                 return print_value_diagram(parsed_case, axis_range, modes, report)
         parsed_case = with_options(parsed_case, speeds, modes, orders)
-        from femflex.studies.campbell import axis_of, resolve_campbell_case
+        from femflex.pipeline.case_equilibrium import resolve_at_rest
+        from femflex.studies.campbell import axis_of
 
         axis_of(parsed_case)  # reported before the bodies are built
-        resolved = resolve_campbell_case(parsed_case)
+        resolved = resolve_at_rest(parsed_case)
     with printed(as_json):
         print_reasons(resolved, verbose)
         diagram, stopped = computed_diagram(parsed_case, time, resolved)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from femflex.arrays import Array
 from femflex.deployment.series import Series
-from femflex.deployment.shapes import Drawing, MemberShapes, quadrilateral_grid, without_rounding
+from femflex.deployment.shapes import Drawing, MemberShapes, ShapeFunctions, quadrilateral_grid, without_rounding
 from femflex.fem.line.chain import section_points, straight_frame
 from femflex.reduction.beams.beam_functions import axial_characteristic, polynomials
 from femflex.reduction.beams.beam_strain import pairs, weighted_square
@@ -20,16 +20,8 @@ SIDES = 12  # of the tube that is drawn
 STRING_ENDS = {"free": 0, "held": 1}
 
 
-class LineFunctions(Protocol):
+class LineFunctions(ShapeFunctions, Protocol):
     """Functions of the four fields u, v, w, theta of a straight member over 0 <= xi <= 1."""
-
-    @property
-    def count(self) -> int:
-        """Number of functions."""
-
-    @property
-    def max_count(self) -> int:
-        """The largest number of functions of one field."""
 
     def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
         """Derivative by x (n_xi, 4, n) of u, v, w [m] and theta [rad] at x = xi length, xi (n_xi,) [1]."""

@@ -3,33 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 
 from femflex.arrays import Array
-from femflex.deployment.line import DeployingLine
+from femflex.deployment.line import DeployingLine, LineFunctions
 from femflex.deployment.series import Series, added
 from femflex.deployment.shapes import Drawing, MemberShapes, quadrilateral_grid, without_rounding
 from femflex.reduction.beams.beam_strain import pairs, weighted_square
 from femflex.reduction.strain.tensors import packed_quartic
-
-
-class AlongFunctions(Protocol):
-    """Functions of the deflection w along the member, rows 2 of `fields`."""
-
-    @property
-    def count(self) -> int:
-        """Number of functions."""
-
-    @property
-    def max_count(self) -> int:
-        """The largest number of functions of one field."""
-
-    def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
-        """Derivative by x (n_xi, 4, n) of u, v, w [m] and theta [rad] at x = xi length, xi (n_xi,) [1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,11 +66,11 @@ class DeployingStrip:
 class StripFunctions:
     """Products X_i(x / L) Y_j(y / b) for the deflection out of the plane, Y_j Legendre polynomials.
 
-    along   functions along: `BeamFunctions(z=n)` of a plate, `StringFunctions(z=n)` of a membrane
+    along   functions along, of the deflection w: `BeamFunctions(z=n)` of a plate, `StringFunctions(z=n)` of a membrane
     across  number of functions across the width
     """
 
-    along: AlongFunctions
+    along: LineFunctions
     across: int = 1
 
     @property

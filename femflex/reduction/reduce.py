@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from femflex.arrays import Array, BoolArray, IntArray
-from femflex.body import FlexibleBody, Skin, StrainTensors
+from femflex.body import FlexibleBody, LoadSet, Marker, Patches, Skin, StrainTensors
 from femflex.fem.deflected import tension_blocks
 from femflex.fem.static_loads import StaticLoads
 from femflex.fem.structure import Member, Structure, build_structure
@@ -85,8 +85,9 @@ def reduce_structure(
     V1 = linear_stiffness(structure.K, phi)
     damped = [strain == "linear" or kind != "derivative" for kind in modes.kinds]
     without_work = _shapes_without_modal_work(structure, modes, strain)
-    body_patches, patch_markers = add_patches(structure, phi, patches, strain != "linear")
-    load_sets, load_markers = add_load_sets(structure, phi, loads or {})
+    body_markers, body_patches, load_sets = attachments(
+        structure, phi, all_markers, turning, patches, loads, strain == "linear"
+    )
     body = FlexibleBody(
         moments=moments,
         strain=_strain_tensors(structure, phi, V1, strain),
@@ -99,15 +100,7 @@ def reduce_structure(
             without_work,
         )
         + internal_damping(structure, phi, damped),
-        markers={
-            name: replace(
-                marker(marker_rows(structure, group), phi, name, turning is None or name in turning),
-                axis=np.zeros(3) if strain == "linear" else section_axis(structure, group),
-            )
-            for name, group in all_markers.items()
-        }
-        | patch_markers
-        | load_markers,
+        markers=body_markers,
         skin=skin_of(structure, phi),
         kinds=tuple(
             "attachment" if kind == UNANSWERED and not is_alone else kind
@@ -129,6 +122,31 @@ def reduce_structure(
         return with_induced_strains(structure, modes, body, induced, np.arange(body.n_modes))
     body, free = _with_dependent_shapes(structure, modes, body, strain == "condensed", all_markers)
     return with_induced_strains(structure, modes, body, induced, free)
+
+
+def attachments(
+    structure: Structure,
+    phi: Array,
+    groups: Mapping[str, str],
+    turning: Container[str] | None,
+    patches: Sequence[str],
+    loads: Mapping[str, StaticLoads] | None,
+    is_linear: bool,
+) -> tuple[dict[str, Marker], dict[str, Patches], dict[str, LoadSet]]:
+    """Markers (name -> group), patches and sets of loads on shapes phi (n_dof, n), and the markers of all of them.
+
+    is_linear: of linear strain, whose markers have no axis along their member.
+    """
+    body_patches, patch_markers = add_patches(structure, phi, patches, not is_linear)
+    load_sets, load_markers = add_load_sets(structure, phi, loads or {})
+    markers = {
+        name: replace(
+            marker(marker_rows(structure, group), phi, name, turning is None or name in turning),
+            axis=np.zeros(3) if is_linear else section_axis(structure, group),
+        )
+        for name, group in groups.items()
+    }
+    return markers | patch_markers | load_markers, body_patches, load_sets
 
 
 def _excluded_rigid_motions(structure: Structure) -> Array:

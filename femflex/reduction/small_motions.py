@@ -6,6 +6,7 @@ The static shapes of a body are selected with such bodies; the body itself is bu
 from __future__ import annotations
 
 from collections.abc import Container, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,13 +14,10 @@ from femflex.arrays import Array
 from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors
 from femflex.fem.static_loads import StaticLoads
 from femflex.fem.structure import Structure
-from femflex.reduction.boundary.load_sets import add_load_sets
-from femflex.reduction.boundary.markers import marker, marker_rows
-from femflex.reduction.boundary.patches import add_patches
 from femflex.reduction.inertia.accelerations import loads_of_rigid_accelerations
 from femflex.reduction.inertia.moments import linear_stiffness, mass_moments, mass_points
 from femflex.reduction.modes.vibration import ModeSet
-from femflex.reduction.reduce import skin_of
+from femflex.reduction.reduce import attachments, skin_of
 from femflex.reduction.strain.induced import with_induced_strains
 
 LEVI_CIVITA = np.array([[np.cross(a, b) for b in np.eye(3)] for a in np.eye(3)]).transpose(2, 0, 1)
@@ -37,19 +35,9 @@ def small_motion_body(
     """The undamped FlexibleBody of a structure for small motions about rest; arguments as of `reduce_structure`."""
     groups = {**{group: group for group in modes.groups}, **(markers or {})}
     rigid = mass_moments(structure.inertia, np.zeros((structure.T.shape[0], 0)))
-    body_markers = {
-        name: marker(marker_rows(structure, group), modes.phi, name, turning is None or name in turning)
-        for name, group in groups.items()
-    }
-    body_patches, patch_markers = add_patches(structure, modes.phi, patches, False)
-    load_sets, load_markers = add_load_sets(structure, modes.phi, loads or {})
-    body_markers |= patch_markers | load_markers
-    body = body_of_shapes(structure, modes.phi, rigid, body_markers)
-    draft = FlexibleBody(
-        moments=body.moments,
-        strain=body.strain,
-        damping=body.damping,
-        markers=body_markers,
+    body_markers, body_patches, load_sets = attachments(structure, modes.phi, groups, turning, patches, loads, True)
+    draft = replace(
+        body_of_shapes(structure, modes.phi, rigid, body_markers),
         skin=skin_of(structure, modes.phi),
         kinds=modes.kinds,
         omega=modes.omega,

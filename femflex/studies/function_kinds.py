@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from femflex.case import Case, CaseError
+from femflex.case import Case
 from femflex.case.body import AnalyticTable, BodyTable
 from femflex.case.deploying import DeployingTable
 from femflex.integrate import IntegrationError
 from femflex.studies.convergence import Convergence, assess_convergence
 from femflex.studies.levels import varied_names, with_level
-from femflex.studies.study import Point, Progress, plan_study, quantity_text, require_study
+from femflex.studies.study import Point, Progress, plan_study, quantity_text, reason_without_value, require_study
 from femflex.warning import PhysicsWarning
 
 PLAIN: dict[str, Any] = {"static": False, "tip": False, "joints": []}
@@ -224,10 +224,6 @@ def _kind(
         try:
             study = plan_study(case, "modes", usable)
             points.extend(study.points(progress))
-        except IntegrationError as error:
-            return FunctionKind(kind, None, problem=f"it diverges at t = {error.t:.4g} s")
-        except CaseError as error:
-            return FunctionKind(kind, None, problem=error.problems[0].text.rstrip("."))
-        except ValueError as error:
-            return FunctionKind(kind, None, problem=str(error).removeprefix(f"{case.path.name}: ").rstrip("."))
+        except (IntegrationError, ValueError) as error:
+            return FunctionKind(kind, None, problem=reason_without_value(case, error))
     return FunctionKind(kind, assess_convergence(study, points, tolerance), time.perf_counter() - start)

@@ -15,7 +15,7 @@ from femflex.case.body import Strain
 from femflex.integrate import IntegrationError
 from femflex.pipeline.case_bodies import with_own_strain
 from femflex.studies.levels import LevelBodies, LevelSet, varied_names, with_level
-from femflex.studies.study import Progress, Study, quantity_text, require_study
+from femflex.studies.study import Progress, Study, quantity_text, reason_without_value, require_study
 from femflex.warning import PhysicsWarning
 
 FORMS: tuple[Strain, ...] = ("linear", "condensed", "nonlinear")  # each holds for larger deflections than the last
@@ -117,7 +117,7 @@ def _form(case: Case, names: Sequence[str], strain: Strain) -> StrainForm:
     try:
         level_bodies = LevelBodies({name: build_part(case, name) for name in names}, 0)
     except CaseError as error:
-        return StrainForm(strain, 0, 0, 0, problem=error.problems[0].text)
+        return StrainForm(strain, 0, 0, 0, problem=reason_without_value(case, error))
     coordinates = sum(body.n_modes for body in level_bodies.parts)
     counts = coordinates, level_bodies.derivatives, level_bodies.followers
     study = Study(case, "modes", LevelSet(tuple(names), (), None))
@@ -127,8 +127,6 @@ def _form(case: Case, names: Sequence[str], strain: Strain) -> StrainForm:
         start = time.perf_counter()
         try:
             value, unit, _ = study.value(level_bodies, lambda part: None)
-        except IntegrationError as error:
-            return StrainForm(strain, *counts, problem=f"it diverges at t = {error.t:.4g} s")
-        except ValueError as error:
-            return StrainForm(strain, *counts, problem=str(error).removeprefix(f"{case.path.name}: "))
+        except (IntegrationError, ValueError) as error:
+            return StrainForm(strain, *counts, problem=reason_without_value(case, error))
         return StrainForm(strain, *counts, value, time.perf_counter() - start, "", unit)

@@ -15,6 +15,7 @@ from femflex.assembly import build_part
 from femflex.assembly.shared import shared_structures
 from femflex.case import Case, CaseError
 from femflex.case.run import StudyTable
+from femflex.integrate import IntegrationError
 from femflex.measures.evaluate import measured_unit, measured_value
 from femflex.measures.measure import OF_JITTER, OF_SYSTEM, MeasureTable
 from femflex.pipeline.case_bodies import with_own_strain
@@ -172,6 +173,14 @@ def require_study(case: Case) -> StudyTable:
             f"{case.path.name} has no [study] to say which quantity is watched; add one, such as\n{EXAMPLE}"
         )
     return case.study
+
+
+def reason_without_value(case: Case, error: IntegrationError | ValueError) -> str:
+    """Why the quantity of a case has no value, from the error of its run, without the file's name and a full stop."""
+    if isinstance(error, IntegrationError):
+        return f"it diverges at t = {error.t:.4g} s"
+    text = error.problems[0].text if isinstance(error, CaseError) else str(error)
+    return text.removeprefix(f"{case.path.name}: ").rstrip(".")
 
 
 def quantity_text(quantity: MeasureTable) -> str:

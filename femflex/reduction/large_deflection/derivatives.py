@@ -12,8 +12,6 @@ behaviour at a deflection of several thicknesses cannot be derived at rest; ther
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from femflex.arrays import Array, BoolArray
@@ -66,13 +64,7 @@ def with_derivatives(
             f", and {additional.shape[1]} more for deflections that soften other shapes" if additional.shape[1] else ""
         )
     omega, shapes = ritz(structure, outside_set(structure, modes, shapes))
-    return replace(
-        modes,
-        phi=np.column_stack([modes.phi, shapes]),
-        kinds=modes.kinds + ("derivative",) * len(omega),
-        omega=np.append(modes.omega, omega),
-        note="; ".join(part for part in (modes.note, note) if part),
-    )
+    return modes.with_shapes(shapes, ("derivative",) * len(omega), omega, note)
 
 
 def _weighted_candidates(

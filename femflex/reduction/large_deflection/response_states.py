@@ -9,7 +9,6 @@ represent other motions.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -60,13 +59,7 @@ def with_responses(
     n_added, states = len(omega), np.concatenate([plain, buckled])
     reach = max(largest_displacement(structure, state) for state in states)
     note = f"{n_added} response shapes of {len(states)} states bent by up to {reach:.3g} m"
-    return replace(
-        modes,
-        phi=np.column_stack([modes.phi, shapes]),
-        kinds=modes.kinds + ("response",) * n_added,
-        omega=np.append(modes.omega, omega),
-        note="; ".join(part for part in (modes.note, note) if part),
-    )
+    return modes.with_shapes(shapes, ("response",) * n_added, omega, note)
 
 
 def _requested_loads(

@@ -11,8 +11,6 @@ represents this, for which dozens of vibration modes would be needed.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from femflex.arrays import Array
@@ -68,12 +66,7 @@ def with_sheet_bends(structure: Structure, modes: ModeSet, start: float, deflect
 
 def _with_shapes(structure: Structure, modes: ModeSet, psi: Array) -> ModeSet:
     omega, shapes = ritz(structure, outside_set(structure, modes, psi))
-    return replace(
-        modes,
-        phi=np.column_stack([modes.phi, shapes]),
-        kinds=modes.kinds + ("third derivative",) * psi.shape[1],
-        omega=np.append(modes.omega, omega),
-    )
+    return modes.with_shapes(shapes, ("third derivative",) * psi.shape[1], omega)
 
 
 def third_derivative(structure: Structure, shape: ModeSet) -> Array:

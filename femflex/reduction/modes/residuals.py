@@ -53,13 +53,9 @@ def with_attachment(
     shapes = residual_vectors(structure, modes, F if others is None else np.column_stack([F, others]))
     omega, shapes = ritz(structure, independent_combinations(structure, shapes))
     without_work = _without_modal_work(structure, modes, F if others is None else np.column_stack([F, others]), shapes)
-    return replace(
-        modes,
-        phi=np.column_stack([modes.phi, shapes]),
-        kinds=modes.kinds + tuple(UNANSWERED if is_alone else "attachment" for is_alone in without_work),
-        omega=np.append(modes.omega, omega),
-        groups=(*modes.groups, *(group for group in loads or {} if group not in modes.groups)),
-    )
+    kinds = (UNANSWERED if is_alone else "attachment" for is_alone in without_work)
+    groups = (*modes.groups, *(group for group in loads or {} if group not in modes.groups))
+    return replace(modes.with_shapes(shapes, kinds, omega), groups=groups)
 
 
 def _without_modal_work(structure: Structure, modes: ModeSet, F: Array, shapes: Array) -> BoolArray:

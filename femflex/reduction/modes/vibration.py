@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -172,6 +172,16 @@ class ModeSet:
     def n_modes(self) -> int:
         """Number of shapes."""
         return self.phi.shape[1]
+
+    def with_shapes(self, phi: Array, kinds: Iterable[str], omega: Array, note: str = "") -> ModeSet:
+        """The set and shapes phi (n_dof, k) after its own, of these kinds and frequencies, with a further note."""
+        return replace(
+            self,
+            phi=np.column_stack([self.phi, phi]),
+            kinds=(*self.kinds, *kinds),
+            omega=np.append(self.omega, omega),
+            note="; ".join(part for part in (self.note, note) if part),
+        )
 
     def picked(self, columns: list[int] | IntArray) -> ModeSet:
         """The set with only the columns (k,) of these numbers, in this order."""

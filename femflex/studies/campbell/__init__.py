@@ -9,7 +9,6 @@ from femflex.studies.campbell.of_case import (
     case_campbell,
     case_steps,
     diagram_of,
-    resolve_campbell_case,
     value_diagram,
     value_steps,
 )
@@ -27,7 +26,6 @@ __all__ = [
     "case_campbell",
     "case_steps",
     "diagram_of",
-    "resolve_campbell_case",
     "spin_steps",
     "value_diagram",
     "value_steps",

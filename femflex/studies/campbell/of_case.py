@@ -19,6 +19,7 @@ from femflex.dynamics import compile_system
 from femflex.dynamics.linear.character import motion_character
 from femflex.dynamics.linear.equilibrium import EquilibriumError, rest_equilibrium
 from femflex.noun.problems import CaseError, Problem
+from femflex.pipeline.case_equilibrium import resolve_at_rest
 from femflex.studies.campbell.diagram import Campbell, assembled_diagram, frame_of, spin_steps
 from femflex.studies.tracking import Step, tracked_steps
 from femflex.studies.varied_case import VariedCase
@@ -43,28 +44,18 @@ def diagram_of(case: Case, steps: Sequence[Step], complete: bool = True) -> Camp
     return assembled_diagram(steps, table.modes, table.orders, case.title, complete)
 
 
-def resolve_campbell_case(case: Case) -> ResolvedCase:
-    """The case with all choices made; the equilibrium of its system is computed again at every speed.
-
-    Doubts about the case become warnings. Raises CaseError with what does not fit together.
-    """
-    from femflex.pipeline.case_equilibrium import resolve_at_rest
-
-    return resolve_at_rest(case)
-
-
 def case_steps(
     case: Case,
     at: float | None = None,
     progress: Callable[[float], None] | None = None,
     resolved: ResolvedCase | None = None,
 ) -> Iterator[Step]:
-    """The steady spins of a case in turn; `resolved`: the case with its choices, by default of `resolve_campbell_case`.
+    """The steady spins of a case in turn; `resolved`: the case with its choices, by default of `resolve_at_rest`.
 
     Warns (PhysicsWarning) of bodies with linear strain whose stiffening by the fastest spin is not modelled.
     """
     table, axis = table_of(case), axis_of(case)
-    resolved = resolve_campbell_case(case) if resolved is None else resolved
+    resolved = resolve_at_rest(case) if resolved is None else resolved
     step: Step | None = None
     for step in spin_steps(resolved.system, axis, table.speeds, table.modes, at, progress):
         yield step
