@@ -83,6 +83,5 @@ def _finish_axes(ax: Axes, labels: list[str], colours: Theme, phases: list[Compl
         ax.yaxis.set_major_locator(MultipleLocator(90 if range_of_phase < 1000 else 360))
     finish(ax, labels, colours)
     if labels:
-        ax.legend(loc="upper left", bbox_to_anchor=(0.0, -0.12 if phases else 1.12), frameon=False, fontsize=8, ncols=2)
-        for text in ax.get_legend().get_texts():  # type: ignore[union-attr]
-            text.set_color(colours.text)
+        place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (0.0, -0.12 if phases else 1.12)}
+        ax.legend(frameon=False, fontsize=8, ncols=2, labelcolor=colours.text, **place)

@@ -147,9 +147,7 @@ def finish(ax: Axes, group: Sequence[object], colours: Theme, inside: bool = Fal
         return
     columns = -(-len(ax.get_legend_handles_labels()[1]) // LEGEND_ROWS)
     place: dict[str, Any] = {"loc": "best"} if inside else {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
-    legend = ax.legend(frameon=False, fontsize=9 - 1.5 * inside, ncols=columns, **place)
-    for text in legend.get_texts():
-        text.set_color(colours.text)
+    ax.legend(frameon=False, fontsize=9 - 1.5 * inside, ncols=columns, labelcolor=colours.text, **place)
 
 
 def title_of(run: Run, second_run: Run | None = None) -> str:

@@ -67,9 +67,8 @@ def plot_chart(
     ax.set(xlabel=labelled(chart.names[0], chart.units[0]), ylabel=labelled(chart.names[1], chart.units[1]))
     ax.set(xlim=chart.first_values[[0, -1]], ylim=chart.second_values[[0, -1]])
     finish(ax, (), colours)
-    legend = ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.11), frameon=False, ncols=2)
-    for text in legend.get_texts():
-        text.set_color(colours.text)
+    place: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.11)}
+    ax.legend(handles=handles, frameon=False, ncols=2, labelcolor=colours.text, **place)
     return sheet.save()
 
 
@@ -113,8 +112,7 @@ def plot_locus(
                        bbox={"facecolor": colours.background, "edgecolor": "none", "pad": 0.5})  # fmt: skip
     if second is not None:
         plane.plot([], [], color=colours.text, linestyle=(0, (4, 2)), label=f"dashed: without {', '.join(left_out)}")
-        for text in plane.legend(loc="lower left", frameon=False, fontsize=8).get_texts():
-            text.set_color(colours.text)
+        plane.legend(loc="lower left", frameon=False, fontsize=8, labelcolor=colours.text)
     for ax in axes.values():
         finish(ax, (), colours)
     return sheet.save()
