@@ -28,7 +28,7 @@ from femflex.dynamics.layout.records import body_of, header_of
 from femflex.dynamics.rate.auxiliary_states import copy_auxiliary_states, write_auxiliary_rates
 from femflex.dynamics.rate.kinematics import place_body
 from femflex.dynamics.rate.recursion import accelerate, reduce_to_root
-from femflex.kernels.compiled import inner, kernel
+from femflex.kernels.compiled import apart, inner, kernel
 from femflex.kernels.entries import ARRAYS, INTEGER, NUMBERS, POINTERS, REAL, VECTOR, VOID, caller
 from femflex.kernels.lanes import offset, pointer
 
@@ -42,7 +42,7 @@ call_constrain, call_lengths, call_length_steps, call_left_out = (
 )
 
 
-@inner
+@apart
 def place_bodies(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
     """Place every body at the state (q, u) and write its moments."""
     move_base(t, table, pool, work)
@@ -69,10 +69,7 @@ def place_and_load_all(t: float, q: Array, u: Array, table: Table, pool: Array, 
 
 @inner
 def place_and_load(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
-    """Place every body at the state (q, u), and write all forces that act but those of constraints.
-
-    One branch, since a second one after the forces would cost spinning_cable an eighth of its rate.
-    """
+    """Place every body at the state (q, u), and write all forces that act but those of constraints."""
     head = header_of(table)
     if head["left_out"] != 0:
         call_left_out(head["left_out"], t, q, u, table, pool, work)
