@@ -21,6 +21,7 @@ from femflex.advice.limits import (
 )
 from femflex.arrays import Array
 from femflex.body.skin import largest_displacements
+from femflex.dynamics.joints.places import body_places
 from femflex.system import LengthTable
 
 if TYPE_CHECKING:
@@ -116,14 +117,12 @@ class DeflectionWatches:
 
 def deflection_watches(model: Model, origins: BodyOrigins | None = None) -> list[DeflectionWatch]:
     """One DeflectionWatch for each elastic body of a model; origins: of the bodies whose origin is known."""
-    watches, first, origins = [], 0, origins or BodyOrigins({})
-    for name in model.system.order:
-        body = model.system.bodies[name]
-        first += model.system.joint_of(name).n_q
-        if body.n_modes:
-            watches.append(DeflectionWatch(name, first, body, origins.remedy(name), _longest(model, name)))
-        first += body.n_modes
-    return watches
+    origins = origins or BodyOrigins({})
+    return [
+        DeflectionWatch(p.name, p.q + p.joint.n_q, p.body, origins.remedy(p.name), _longest(model, p.name))
+        for p in body_places(model.system)
+        if p.body.n_modes
+    ]
 
 
 def _longest(model: Model, name: str) -> float:

@@ -20,7 +20,7 @@ from femflex.advice.limits import (
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.dynamics import compile_system
-from femflex.dynamics.layout.records import body_records
+from femflex.dynamics.joints.places import joint_places
 from femflex.dynamics.linear.freedoms import is_prescribed
 from femflex.reduction.boundary.rigid import DIRECTIONS
 from femflex.reduction.origin import Meshed
@@ -236,9 +236,9 @@ def _rotations_without_inertia(system: System) -> Iterator[Advice]:
         return
     model = compile_system(system)
     prescribed, joints, free = is_prescribed(model), dict[str, list[int]](), list[int]()
-    for name, record in zip(system.order, body_records(model.table)[1:], strict=True):
-        joints[name] = [k for k in range(int(record["u"]), int(record["ue"])) if not prescribed[k]]
-        free += joints[name]
+    for joint, _, u in joint_places(system):
+        joints[joint.child] = [u + k for k in range(joint.n_u) if not prescribed[u + k]]
+        free += joints[joint.child]
     M = model.mass_matrix(0.0, model.x0)[np.ix_(free, free)]
     size = np.sqrt(np.where(np.diag(M) > 0, np.diag(M), 1.0))
     values, vectors = np.linalg.eigh(M / size / size[:, None])

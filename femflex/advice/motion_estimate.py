@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from femflex.advice.elastic_motion import ElasticResponse, elastic_response
 from femflex.advice.limits import (
     ESTIMATE_ROWS,
     ESTIMATE_RTOL,
@@ -26,7 +27,6 @@ from femflex.body import FlexibleBody
 from femflex.dynamics import Model, compile_system
 from femflex.dynamics.joints.places import prescribed_states
 from femflex.dynamics.ledger.without import with_rigid_bodies
-from femflex.dynamics.linear.elastic_motion import ElasticResponse, elastic_response
 from femflex.dynamics.linear.freedoms import elastic_places
 from femflex.integrate import Dop853, IntegrationError
 from femflex.integrate.driver import ABSOLUTE, collected

@@ -23,6 +23,8 @@ import numpy as np
 
 from femflex.advice.advice import Advice, doubt
 from femflex.advice.bodies import BodyOrigins
+from femflex.advice.elastic_motion import CLOSE, ElasticResponse, RestModes, rest_modes
+from femflex.advice.joint_loads import joint_loads, joint_markers
 from femflex.advice.limits import (
     ENERGY_SHARE,
     EXCITATION_SHARE,
@@ -34,8 +36,6 @@ from femflex.advice.limits import (
 )
 from femflex.advice.motion_estimate import SINGULAR
 from femflex.arrays import Array
-from femflex.dynamics.linear.elastic_motion import CLOSE, ElasticResponse, RestModes, rest_modes
-from femflex.dynamics.linear.joint_loads import joint_loads, joint_markers
 from femflex.reading import error_text
 from femflex.reduction.boundary.rigid import DIRECTIONS
 from femflex.reduction.modes.damping import is_added

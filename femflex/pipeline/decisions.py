@@ -25,6 +25,7 @@ from femflex.advice.buckling.margin import (
     unassessed_bodies,
 )
 from femflex.advice.curved import shape_notes
+from femflex.advice.elastic_motion import ElasticResponse
 from femflex.advice.limits import LARGE_DISPLACEMENT, MOST_CALLS
 from femflex.advice.model_warnings import model_warnings
 from femflex.advice.motion_estimate import MotionEstimate, RigidEstimate, estimate_motion, estimate_rigid_motion
@@ -47,7 +48,6 @@ from femflex.assembly.static_shapes import static_shapes, with_all_static_shapes
 from femflex.assembly.system import problems_of_loads
 from femflex.case.body import Strain
 from femflex.case.case import Case
-from femflex.dynamics.linear.elastic_motion import ElasticResponse
 from femflex.noun.problems import CaseError, Problem
 from femflex.pipeline.references import duration_of
 from femflex.pipeline.start import system_of

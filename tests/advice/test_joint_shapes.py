@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import brentq
 
 from femflex import build_system, read_case
-from femflex.dynamics.linear.elastic_motion import rest_modes
+from femflex.advice.elastic_motion import rest_modes
 from femflex.warning import TruncationWarning
 
 EI, GJ, MASS, LENGTH = 4e3, 3e3, 0.8, 5.0  # N m^2, N m^2, kg/m, m

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 import femflex
-from femflex.dynamics.linear.elastic_motion import rest_modes
+from femflex.advice.elastic_motion import rest_modes
 from femflex.warning import TruncationWarning
 
 CASE = """

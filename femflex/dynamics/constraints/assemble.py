@@ -14,6 +14,7 @@ from femflex.dynamics.constraints.constraint_violation import OPENING_RATE
 from femflex.dynamics.constraints.initial_corrections import absorb_misfit, refuse_clearance
 from femflex.dynamics.constraints.singular_passage import start_pivots
 from femflex.dynamics.joints.coordinates import advance
+from femflex.dynamics.joints.places import body_places
 from femflex.dynamics.layout import constraint_records as layout
 from femflex.dynamics.layout.constraints import characteristic_length
 from femflex.system import System
@@ -93,14 +94,10 @@ def smallest_joint_change(constraints: Constraints, mass_matrix: MassMatrix, sha
 def movable(system: System, shapes: bool) -> list[int]:
     """Return the freedoms that are neither prescribed nor kept at initial values; elastic ones only with `shapes`."""
     free: list[int] = []
-    first = 0
-    for name in system.order:
-        joint, n = system.joint_of(name), system.bodies[name].n_modes
-        fixed = {*joint.prescribed, *kept_coordinates(system.keep, joint)}
-        free += [first + k for k in range(joint.n_u) if k not in fixed]
-        first += joint.n_u
-        free += range(first, first + n) if shapes else ()
-        first += n
+    for place in body_places(system):
+        fixed = {*place.joint.prescribed, *kept_coordinates(system.keep, place.joint)}
+        free += [place.u + k for k in range(place.joint.n_u) if k not in fixed]
+        free += place.shapes_u.tolist() if shapes else ()
     return free
 
 
@@ -171,12 +168,9 @@ def refuse_open(constraints: Constraints, x: Array, limits: Array) -> None:
 
 def refuse_bent(constraints: Constraints, x0: Array, x: Array, size: float) -> None:
     """Raise ValueError when a body had to be bent far to close the loops."""
-    first = 0
-    for name in constraints.system.order:
-        body, n_q = constraints.system.bodies[name], constraints.system.joint_of(name).n_q
-        shape = slice(first + n_q, first + n_q + body.n_modes)
-        first += n_q + body.n_modes
-        change = body.amplitudes(x[shape]) - body.amplitudes(x0[shape])
+    for place in body_places(constraints.system):
+        name, body, shapes = place.name, place.body, place.shapes_q
+        change = body.amplitudes(x[shapes]) - body.amplitudes(x0[shapes])
         distance = max(float(np.linalg.norm(marker.phi @ change)) for marker in body.markers.values())
         if distance > MAX_BENDING * size:
             raise ValueError(

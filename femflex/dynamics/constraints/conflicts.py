@@ -6,6 +6,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.dynamics.constraints.constrained import Constraints
+from femflex.dynamics.joints.places import body_places
 from femflex.dynamics.layout import constraint_records as layout
 from femflex.rotations import SINGULAR
 from femflex.system import System
@@ -15,13 +16,7 @@ ENTRY_TOLERANCE = 1e-9  # entry of A, relative to the largest of its row, from w
 
 def prescribed_coordinates(system: System) -> dict[int, tuple[str, str]]:
     """Return place in u, name and body of every prescribed freedom, locked ones included."""
-    out: dict[int, tuple[str, str]] = {}
-    first = 0
-    for name in system.order:
-        joint = system.joint_of(name)
-        out |= {first + k: (joint.freedom_names()[k], name) for k in joint.prescribed}
-        first += joint.n_u + system.bodies[name].n_modes
-    return out
+    return {p.u + k: (p.joint.freedom_names()[k], p.name) for p in body_places(system) for k in p.joint.prescribed}
 
 
 def bodies_between(system: System, name: str) -> set[str]:

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
 
 from femflex.arrays import Array, IntArray
+from femflex.body import FlexibleBody
 from femflex.dynamics.layout.records import W_NEAR, body_records
 from femflex.rotations import EULER_PARAMETERS
 from femflex.system import Joint, JointLaw, Latch, System
@@ -16,13 +19,38 @@ if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
 
+class BodyPlace(NamedTuple):
+    """A body and its joint: first places of the joint's coordinates in q, of its quasi-velocities in u, of shapes."""
+
+    name: str
+    joint: Joint
+    body: FlexibleBody
+    q: int
+    u: int
+
+    @property
+    def shapes_q(self) -> IntArray:
+        """Places of its elastic coordinates in q."""
+        return self.q + self.joint.n_q + np.arange(self.body.n_modes)
+
+    @property
+    def shapes_u(self) -> IntArray:
+        """Places of their rates in u."""
+        return self.u + self.joint.n_u + np.arange(self.body.n_modes)
+
+
+def body_places(system: System) -> Iterator[BodyPlace]:
+    """The bodies in tree order."""
+    q = u = 0
+    for name in system.order:
+        joint, body = system.joint_of(name), system.bodies[name]
+        yield BodyPlace(name, joint, body, q, u)
+        q, u = q + joint.n_q + body.n_modes, u + joint.n_u + body.n_modes
+
+
 def joint_places(system: System) -> Iterator[tuple[Joint, int, int]]:
     """Return every joint with the first places of its coordinates in q and of its quasi-velocities in u."""
-    iq = iu = 0
-    for name in system.order:
-        joint, n = system.joint_of(name), system.bodies[name].n_modes
-        yield joint, iq, iu
-        iq, iu = iq + joint.n_q + n, iu + joint.n_u + n
+    return ((place.joint, place.q, place.u) for place in body_places(system))
 
 
 def has_singularity(joint: Joint) -> bool:

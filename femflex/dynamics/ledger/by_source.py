@@ -8,7 +8,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.dynamics.forces.force_term import force_terms
-from femflex.dynamics.joints.places import FORCES, prescribed_places
+from femflex.dynamics.joints.places import FORCES, body_places, prescribed_places
 from femflex.dynamics.layout.records import body_records
 from femflex.dynamics.ledger.equation_terms import EQUATION_TERMS
 from femflex.dynamics.ledger.ledger import ledger
@@ -65,12 +65,10 @@ def inertia_by_source(model: Model, times: Array, states: Array) -> dict[str, Ar
 
 def velocity_slices(system: System) -> dict[str, slice]:
     """Places in u of the joints that move, by label, and of the bodies' shapes, by name."""
-    slices, first = {}, 0
-    for name in system.order:
-        joint, n = system.joint_of(name), system.bodies[name].n_modes
-        slices[joint.label] = slice(first, first + joint.n_u)
-        slices[name] = slice(first + joint.n_u, first + joint.n_u + n)
-        first += joint.n_u + n
+    slices: dict[str, slice] = {}
+    for name, joint, body, _, u in body_places(system):
+        elastic = u + joint.n_u
+        slices |= {joint.label: slice(u, elastic), name: slice(elastic, elastic + body.n_modes)}
     return {name: indices for name, indices in slices.items() if indices.stop > indices.start}
 
 

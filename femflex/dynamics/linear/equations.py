@@ -16,6 +16,7 @@ import numpy as np
 
 from femflex.arrays import Array, ComplexArray, IntArray
 from femflex.body import StrainTensors
+from femflex.dynamics.joints.places import body_places
 from femflex.dynamics.layout.records import BALL_NONE, body_records
 from femflex.dynamics.linear.freedoms import (
     frame_rate,
@@ -144,13 +145,11 @@ def nonlinear_bodies(model: Model) -> list[tuple[StrainTensors, IntArray, IntArr
 
     None of bodies whose stiffness varies.
     """
-    bodies = []
-    for name, record in zip(model.system.order, body_records(model.table)[1:], strict=True):
-        body = model.system.bodies[name]
-        if not body.strain.is_linear and name not in model.system.varying:
-            indices = np.arange(body.n_modes)
-            bodies.append((body.strain, int(record["ue"]) + indices, int(record["qe"]) + indices))
-    return bodies
+    return [
+        (place.body.strain, place.shapes_u, place.shapes_q)
+        for place in body_places(model.system)
+        if not place.body.strain.is_linear and place.name not in model.system.varying
+    ]
 
 
 def rounding_forces(model: Model, t: float, x: Array, udot: Array) -> Array:
@@ -171,16 +170,13 @@ def linear_stiffness(model: Model) -> tuple[Array, IntArray]:
 
     Columns of balls have no such coordinate (-1) and are zero.
     """
-    system = model.system
     K, columns = np.zeros((model.n_u, model.n_u)), np.full(model.n_u, -1, np.int64)
-    for name, record in zip(system.order, body_records(model.table)[1:], strict=True):
-        joint, body = system.joint_of(name), system.bodies[name]
-        plain = len(joint.translations) + (len(joint.rotations) if record["ball"] == BALL_NONE else 0)
-        u, q = int(record["u"]) + np.arange(plain), int(record["q"]) + np.arange(plain)
-        K[u, u], columns[u] = joint.stiffness[:plain], q
-        e = int(record["ue"]) + np.arange(body.n_modes)
-        K[np.ix_(e, e)] = (body.strain.V1 + body.strain.V1.T) / 2
-        columns[e] = int(record["qe"]) + np.arange(body.n_modes)
+    for place in body_places(model.system):
+        joint, e = place.joint, place.shapes_u
+        plain = np.arange(len(joint.translations) + (len(joint.rotations) if joint.ball is None else 0))
+        K[place.u + plain, place.u + plain], columns[place.u + plain] = joint.stiffness[plain], place.q + plain
+        K[np.ix_(e, e)] = (place.body.strain.V1 + place.body.strain.V1.T) / 2
+        columns[e] = place.shapes_q
     return K, columns
 
 

@@ -12,9 +12,8 @@ import numpy as np
 
 from femflex.arrays import Array, BoolArray, IntArray
 from femflex.body import FlexibleBody
-from femflex.dynamics.joints.places import latch_places
+from femflex.dynamics.joints.places import body_places, latch_places
 from femflex.dynamics.layout.constraints import dependence_limit
-from femflex.dynamics.layout.records import body_records
 from femflex.system import System
 
 if TYPE_CHECKING:
@@ -37,8 +36,7 @@ def is_prescribed(model: Model, x: Array | None = None) -> BoolArray:
     x: (n_x,), the initial state when left out
     """
     prescribed = np.zeros(model.n_u, bool)
-    for name, record in zip(model.system.order, body_records(model.table)[1:], strict=True):
-        prescribed[[int(record["u"]) + k for k in model.system.joint_of(name).prescribed]] = True
+    prescribed[[place.u + k for place in body_places(model.system) for k in place.joint.prescribed]] = True
     z = model.parts(model.x0 if x is None else x)[2]
     prescribed[[latch.u for latch in latch_places(model.system) if latch.latch.rigid and z[latch.time] >= 0.0]] = True
     return prescribed
@@ -46,9 +44,8 @@ def is_prescribed(model: Model, x: Array | None = None) -> BoolArray:
 
 def elastic_places(model: Model) -> tuple[IntArray, IntArray]:
     """Places in q and in u of the elastic coordinates of all bodies."""
-    pairs = [(int(r["qe"]) + k, int(r["ue"]) + k) for r in body_records(model.table)[1:] for k in range(int(r["n"]))]
-    qe, ue = np.array(pairs, np.int64).reshape(-1, 2).T
-    return qe, ue
+    places = list(body_places(model.system))
+    return np.concatenate([p.shapes_q for p in places]), np.concatenate([p.shapes_u for p in places])
 
 
 def usual_sizes(model: Model) -> Array:
@@ -57,17 +54,17 @@ def usual_sizes(model: Model) -> Array:
     spans = {name: span_of(system.bodies[name]) for name in system.order}
     longest = max(spans.values())
     sizes = np.ones(model.n_u)
-    for name, record in zip(system.order, body_records(model.table)[1:], strict=True):
-        body = system.bodies[name]
-        sizes[int(record["u"]) : int(record["u"]) + int(record["n_slide"])] = longest
-        for k in range(body.n_modes):
+    for place in body_places(system):
+        name, body = place.name, place.body
+        sizes[place.u : place.u + len(place.joint.translations)] = longest
+        for k, at in enumerate(place.shapes_u):
             reach = max(float(np.linalg.norm(marker.phi[:, k])) for marker in body.markers.values()) / spans[name]
             turn = max(float(np.linalg.norm(marker.psi[:, k])) for marker in body.markers.values())
             if body.skin is not None and len(body.skin.points):
                 reach = max(reach, float(body.skin.max_displacement[k]) / spans[name])
             # of a shape that moves no marker, of a body undrawn
             fallback = 1.0 / (spans[name] * np.sqrt(body.moments.mass))
-            sizes[int(record["ue"]) + k] = 1.0 / (max(reach, turn) or fallback)
+            sizes[at] = 1.0 / (max(reach, turn) or fallback)
     return sizes
 
 
@@ -170,9 +167,8 @@ def refuse_singular_mass(model: Model, M: Array | None = None) -> None:
 
 def _sentence(model: Model, k: int, related: list[int]) -> str:
     """The sentence on coordinate k, which only moves as these others together do."""
-    system, records = model.system, body_records(model.table)[1:]
-    names = freedom_names(system)
-    bodies = [name for name, b in zip(system.order, records, strict=True) for _ in range(b["ue"] + b["n"] - b["u"])]
+    names = freedom_names(model.system)
+    bodies = [p.name for p in body_places(model.system) for _ in range(p.joint.n_u + p.body.n_modes)]
     listed = ", ".join(names[i] for i in related)
     body_names = " and ".join(dict.fromkeys(repr(bodies[i]) for i in (*related, k)))
     return (

@@ -20,7 +20,7 @@ import numpy as np
 
 from femflex.arrays import Array, BoolArray, ComplexArray
 from femflex.body import FlexibleBody
-from femflex.dynamics.layout.records import body_records
+from femflex.dynamics.joints.places import joint_places
 from femflex.dynamics.linear.freedoms import freedom_names, is_prescribed, usual_sizes
 from femflex.dynamics.linear.increments import advanced
 from femflex.dynamics.linear.states import STEP
@@ -144,11 +144,9 @@ def rigid_fields(model: Model, bodies: Mapping[str, BodyMotion], triad: Array) -
     or prescribed.
     """
     roots = [name for name in model.system.order if model.system.joint_of(name).parent is None]
-    prescribed, columns = is_prescribed(model), []
-    for name, record in zip(model.system.order, body_records(model.table)[1:], strict=True):
-        if name in roots:
-            columns += [int(record["u"]) + k for k in range(model.system.joint_of(name).n_u)]
-    columns = [k for k in columns if not prescribed[k]]
+    places = [u + k for joint, _, u in joint_places(model.system) if joint.parent is None for k in range(joint.n_u)]
+    prescribed = is_prescribed(model)
+    columns = [k for k in places if not prescribed[k]]
     span = max(1e-300, *(float(np.abs(bodies[name].position).max()) for name in roots)) if roots else 1.0
     moves = np.concatenate([np.vstack([bodies[name].slide, bodies[name].turn]) for name in roots])[:, columns]
     targets = np.concatenate([

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from femflex.arrays import Array, BoolArray, IntArray
-from femflex.dynamics.layout.records import body_records
+from femflex.dynamics.joints.places import joint_places
 from femflex.dynamics.linear.equations import linear_stiffness, stiffness
 from femflex.dynamics.linear.freedoms import (
     closing_directions,
@@ -165,9 +165,8 @@ def steady(system: System, at: float | None = None) -> Steady:
     )  # fmt: skip
     elastic = np.zeros(full.n_u, bool)
     elastic[elastic_places(full)[1]] = True
-    for name, record in zip(system.order, body_records(full.table)[1:], strict=True):
-        joint = system.joint_of(name)
-        elastic[int(record["u"]) : int(record["u"]) + joint.n_u] = joint.stiffness > 0
+    for joint, _, u in joint_places(system):
+        elastic[u : u + joint.n_u] = joint.stiffness > 0
     problem = Steady(moving, full, inner, usual_sizes(full), elastic, is_prescribed(full))
     _check_constant(problem)
     return problem

@@ -22,8 +22,7 @@ from scipy.linalg import eigh
 
 from femflex.arrays import Array, BoolArray, IntArray
 from femflex.body import FlexibleBody
-from femflex.dynamics.joints.places import prescribed_places
-from femflex.dynamics.layout.records import body_records
+from femflex.dynamics.joints.places import body_places, prescribed_places
 from femflex.dynamics.linear.equations import linearised, stiffness
 from femflex.dynamics.linear.freedoms import (
     elastic_places,
@@ -81,8 +80,7 @@ def rest_modes(system: System) -> RestModes:
     M, K = (Z.T @ A @ Z for A in (model.mass_matrix(0.0, rest), K))
     squares, phi = eigh((K + K.T) / 2, (M + M.T) / 2)
     phi_u = Z @ phi
-    records = dict(zip(system.order, body_records(model.table)[1:], strict=True))
-    shapes = {name: phi_u[int(r["ue"]) + np.arange(int(r["n"]))] for name, r in records.items() if int(r["n"])}
+    shapes = {place.name: phi_u[place.shapes_u] for place in body_places(system) if place.body.n_modes}
     energy = sum(
         (np.einsum("ik,ij,jk->k", y, system.bodies[name].strain.V1, y) for name, y in shapes.items()),
         np.zeros(len(squares)),
@@ -175,13 +173,12 @@ def elastic_response(model: Model, times: Array, states: Array, accelerations: A
     moved, out = Z @ phi, states.copy()
     out[:, qe], out[:, model.n_q + ue] = y @ moved[ue].T, rate @ moved[ue].T
     shapes, shares = dict[str, Array](), dict[str, Array]()
-    for name, r in zip(model.system.order, body_records(model.table)[1:], strict=True):
-        coordinates = np.arange(int(r["n"]))
-        if coordinates.size:
-            shapes[name] = moved[int(r["ue"]) + coordinates]
-            moments = model.system.bodies[name].moments
-            Me = moments.elastic_mass()[: len(coordinates), : len(coordinates)]
-            size = np.sqrt(_squares(out[:, int(r["qe"]) + coordinates].T, Me).max(initial=0.0))
+    for place in body_places(model.system):
+        if n := place.body.n_modes:
+            name, moments = place.name, place.body.moments
+            shapes[name] = moved[place.shapes_u]
+            Me = moments.elastic_mass()[:n, :n]
+            size = np.sqrt(_squares(out[:, place.shapes_q].T, Me).max(initial=0.0))
             least = SMALLEST * np.sqrt(np.trace(moments.inertia()) / 2.0)
             share = swing * np.sqrt(_squares(shapes[name], Me)) / max(size, np.finfo(float).tiny)
             shares[name] = np.minimum(share, 1.0) if size > least else np.zeros_like(share)

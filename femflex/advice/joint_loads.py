@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from femflex.advice.elastic_motion import RestModes
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
-from femflex.dynamics.linear.elastic_motion import RestModes
 from femflex.dynamics.linear.rigid_motions import BodyMotion
 from femflex.system import System
 from femflex.system.connections import tie_markers
