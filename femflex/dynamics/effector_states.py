@@ -117,14 +117,16 @@ def with_settled_starts(model: Model) -> Model:
     for _ in range(SETTLING):
         rate = rates(0.0 * sizes)
         F = np.stack([(rates(step) - rates(-step)) / (2 * step.max()) for step in np.diag(STEP * sizes)], axis=1)
-        change = np.linalg.lstsq(F, -rate, rcond=None)[0]
+        change = np.where(F.any(axis=1), np.linalg.lstsq(F, -rate, rcond=None)[0], sizes)  # nothing holds some states
+        if not F.any(axis=1).all():
+            break
         x[places] += np.clip(change, -sizes / 2, sizes / 2)
         if np.abs(change).max() < SETTLED * np.abs(x[places]).max():
             return replace(model, x0=x)
     worst = int(np.argmax(np.abs(change) / sizes))
     raise ValueError(
-        f"the state {own[worst]!r} has no value at which it stays at the start, as where no light reaches a surface; "
-        "give its initial value instead of equilibrium"
+        f"the state {own[worst]!r} has no value at which it stays at the start, as where no light reaches a surface, or "
+        "where it does not radiate; give its initial value instead of equilibrium"
     )
 
 

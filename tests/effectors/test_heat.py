@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import femflex
 from femflex import Orbit, System, fem, simulate, system_modes
 from femflex.effectors import EarthRadiation, HeatBalance, Optical, Sun, Surface
 from femflex.mesh import rectangle
-from femflex.reduction import BeamFunctions, UniformBeam, beam_body, cantilever_modes, reduce_structure
+from femflex.reduction import BeamFunctions, Damping, UniformBeam, beam_body, cantilever_modes, reduce_structure
 from femflex.system import weld, with_effectors
 
 SIGMA, SOLAR = 5.670374419e-8, 1361.0
@@ -54,7 +53,7 @@ def test_one_mode_flutters_beyond_the_limit_of_routh(share, grows):
     bend = BETA**4 / L**3 / 4  # int phi''^2 dx = (beta / L)^4 int phi^2 dx
     expansion = share * g * radius / D * bend / (-(slope**2) / 2)
     system = boom(
-        (-np.cos(tilt), 0, np.sin(tilt)), femflex.reduction.ModalDamping(z), density=2700, specific_heat=900,
+        (-np.cos(tilt), 0, np.sin(tilt)), Damping(z), density=2700, specific_heat=900,
         conductivity=conductivity, expansion=expansion, thickness=thickness,
     )  # fmt: skip
     motions = system_modes(system)
@@ -129,7 +128,7 @@ def test_infrared_of_the_earth_warms_a_level_plate(infrared, altitude):
 @pytest.mark.parametrize(("integrator", "error"), [("dop853", 1e-6), ("esdirk4", 1e-4)])
 def test_work_of_heat_closes_the_balance_of_energy(strain, integrator, error):
     """The energy of a heated boom, that of its thermal strain included, is what the change of this strain supplies."""
-    damping = femflex.reduction.ModalDamping(0.02)
+    damping = Damping(0.02)
     tube = {"material": "aluminium_6061", "thickness": 2e-4, "initial": 300.0}
     run = simulate(boom((0, 0.6, 0.8), damping, 2, strain, **tube), 4.0, output_step=2e-3, integrator=integrator)
     power = run["monitors/supplied"] - run["monitors/dissipation"]
