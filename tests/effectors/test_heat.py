@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from femflex import Orbit, System, fem, simulate, system_modes
+from femflex import Orbit, System, fem, run, simulate, system_modes
+from femflex.case import parse_case
 from femflex.effectors import EarthRadiation, HeatBalance, Optical, Sun, Surface
 from femflex.mesh import rectangle
 from femflex.reduction import BeamFunctions, Damping, UniformBeam, beam_body, cantilever_modes, reduce_structure
 from femflex.system import weld, with_effectors
 
+CASES = Path(__file__).parents[2] / "cases"
 SIGMA, SOLAR = 5.670374419e-8, 1361.0
 L, EI, MASS = 8.0, 44.0, 0.034  # of a tube
 RADIUS = 6378137.0
@@ -136,3 +139,21 @@ def test_work_of_heat_closes_the_balance_of_energy(strain, integrator, error):
     energy = run["monitors/energy"] - run["monitors/energy"][0]
     assert energy == pytest.approx(given, abs=error * np.abs(energy).max())
     assert run["effectors/heat/energy"].min() < 0.0 < run["monitors/elastic"].max()
+
+
+def test_interrupted_run_goes_on_to_the_same_numbers_and_leaves_heat_out(tmp_path):
+    path = CASES / "boom_heated.toml"
+    text = path.read_text().replace('duration = "30 s"', "duration = 2.2").replace("50 ms", "2 ms")
+    case = parse_case(text.partition("[pictures]")[0], path=path)
+
+    def stop(t):
+        raise KeyboardInterrupt
+
+    whole = run(case, tmp_path / "whole.h5")
+    with pytest.raises(KeyboardInterrupt):
+        run(case, tmp_path / "part.h5", progress=stop)
+    rest = run(case, tmp_path / "part.h5", resume=True)
+    assert all(np.array_equal(rest[key], whole[key]) for key in ("q", "u", "z", "monitors/supplied") if key in whole)
+    body = next(iter(case.bodies))
+    assert whole["monitors/elastic"].max() > 0.0
+    assert not np.any(run(case, tmp_path / "cold.h5", without=["thermal"])[f"bodies/{body}/delta"])

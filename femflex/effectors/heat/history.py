@@ -48,7 +48,7 @@ class TemperatureHistory(ThermalStrain, heading="thermal"):
     thickness: Annotated[float, Quantity("m", above=0.0)] | None = None
     """Thickness of the plate, with `difference`."""
 
-    label = "thermal history"
+    label = "thermal"
     derived = ("count", "patches", "components", "expansion_", "scale", "table")
 
     @model_validator(mode="after")

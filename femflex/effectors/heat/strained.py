@@ -31,7 +31,6 @@ class ThermalStrain(EffectorNoun):
     reference_temperature: Annotated[float, Quantity("K", above=0.0)] = 293.15
     """Temperature without thermal strain."""
 
-    label = "thermal strain"
     exerts = ()
     accounts = ("energy", "supplied")
 
