@@ -22,6 +22,7 @@ from femflex.kernels.vectors import ZERO, Vector, add, dot, load3, scale
 # numbers of the water: density, gravity, height of the still surface; up, and two horizontal directions; the floor
 DENSITY, GRAVITY, LEVEL, DEPTH, UP, EAST, NORTH, NORMAL = 0, 1, 2, 3, 4, 7, 10, 13
 FLOOR_STIFFNESS, FLOOR_DAMPING, FRICTION, FRICTION_SPEED, N_CURRENT, N_WAVES, ROWS = 16, 17, 18, 19, 20, 21, 22
+SOFT = 1e-3  # m, over which damping of the floor sets in, so that touching it is no jump
 CURRENT_ROW, WAVE_ROW = 4, 6  # height, velocity (3); amplitude, k along EAST and NORTH, k, omega, phase
 AMPLITUDE, K_EAST, K_NORTH, K, OMEGA, PHASE = range(6)
 
@@ -110,7 +111,7 @@ def orbital_speed(r: Vector, w: Array) -> float:
 def floor_force(r: Vector, v: Vector, length: float, diameter: float, w: Array) -> tuple[Vector, float, float, float]:
     """Force of the sea floor on a piece of a line: force, its normal part, stored energy, and power that it loses.
 
-    The floor bears the axis: stiffness and damping per area of length times diameter, friction by the normal force.
+    The floor bears the axis: stiffness and damping per area of length times diameter, the latter from a millimetre on, friction by the normal force.
     """
     n = load3(w, NORMAL)
     depth = -(dot(n, r) - w[LEVEL] * dot(n, load3(w, UP)) + w[DEPTH] * dot(n, load3(w, UP)))
@@ -118,7 +119,7 @@ def floor_force(r: Vector, v: Vector, length: float, diameter: float, w: Array) 
         return ZERO, 0.0, 0.0, 0.0
     rate, area = dot(n, v), length * diameter
     elastic = area * w[FLOOR_STIFFNESS] * depth
-    pressed = max(0.0, elastic - area * w[FLOOR_DAMPING] * rate)
+    pressed = max(0.0, elastic - area * w[FLOOR_DAMPING] * depth / (depth + SOFT) * rate)
     slip = add(v, scale(-rate, n))
     speed = math.sqrt(dot(slip, slip))
     held = 0.0
