@@ -111,7 +111,8 @@ def orbital_speed(r: Vector, w: Array) -> float:
 def floor_force(r: Vector, v: Vector, length: float, diameter: float, w: Array) -> tuple[Vector, float, float, float]:
     """Force of the sea floor on a piece of a line: force, its normal part, stored energy, and power that it loses.
 
-    The floor bears the axis: stiffness and damping per area of length times diameter, the latter from a millimetre on, friction by the normal force.
+    The floor bears the axis: stiffness and damping per area of length times diameter, the latter from a millimetre on,
+    and friction by the normal force.
     """
     n = load3(w, NORMAL)
     depth = -(dot(n, r) - w[LEVEL] * dot(n, load3(w, UP)) + w[DEPTH] * dot(n, load3(w, UP)))

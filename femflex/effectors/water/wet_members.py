@@ -204,16 +204,12 @@ class WetMember(EffectorNoun, heading="wet_members"):
             raise ValueError(f"found body {self.body!r}, which does not exist; {known}")
         if self.start is not None:
             if isinstance(body, Segments):
-                raise ValueError(
-                    f"body {self.body!r} is cut into segments; give a group of its lines, no start and end"
-                )
-            _, rows = self._rod()
-            return tuple((self.body, f".{name}.{k}") for k in range(self.pieces)), rows
-        parts = {self.body: body}
-        if isinstance(body, Segments):
-            parts = {segment_name(self.body, j): part for j, part in enumerate(body.bodies)}
+                raise ValueError(f"body {self.body!r} is cut into segments; name a group of lines, not start and end")
+            return tuple((self.body, f".{name}.{k}") for k in range(self.pieces)), self._rod()[1]
+        cut = body.bodies if isinstance(body, Segments) else (body,)
+        names = [segment_name(self.body, j) for j in range(len(cut))] if isinstance(body, Segments) else [self.body]
         markers, rows = [], []
-        for part_name, part in parts.items():
+        for part_name, part in zip(names, cut, strict=True):
             patches = part.patches.get(self.group)
             if patches is None or patches.dimension != 1:
                 continue
