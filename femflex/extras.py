@@ -16,6 +16,7 @@ PACKAGES: Mapping[str, tuple[str, ...]] = {  # extra -> what it brings, by the n
     "air": ("pymsis",),
     "sweep": ("distributed",),
     "fmi": ("pythonfmu3",),
+    "orbits": ("sgp4",),
 }
 
 

@@ -15,6 +15,7 @@ from femflex.case.case import Case
 from femflex.noun.problems import CaseError, Problem, quoted_names
 from femflex.rotations import is_extrinsic, letters_of
 from femflex.system import Joint, Part, Segments, ball_coordinates, free, spherical, turns
+from femflex.system.followed_attitude import followed_angles
 
 CUT_JOINT_KEYS = {"kind", "child", "parent", "child_marker", "parent_marker", "name", "axis", "axes", "play"}
 LIBRATION = "libration_axes"  # marker of the root body; the reported attitude is that of its axes
@@ -71,7 +72,9 @@ def root_joint(case: Case, bodies: Mapping[str, Part]) -> tuple[Joint | None, di
     rates = attitude.rates or (0.0, 0.0, 0.0)
     position, velocity = attitude.position or (0.0, 0.0, 0.0), attitude.velocity or (0.0, 0.0, 0.0)
     ball: dict[str, Any] = {"rotation": attitude.rotation, "rebase": attitude.rebase, **ends}
-    if attitude.held:
+    if attitude.ephemeris is not None:
+        joint = _followed_attitude_joint(case, C_BM, position if case.orbit.kind == "free" else (), ends)
+    elif attitude.held:
         joint = _prescribed_attitude_joint(attitude, position if case.orbit.kind == "free" else (), ends)
     elif case.orbit.kind != "specified":
         joint = free(q0=[*position, *_attitude_coordinates(attitude)], u0=[*velocity, *rates], **ball)
@@ -88,6 +91,24 @@ def _prescribed_attitude_joint(attitude: AttitudeTable, position: tuple[float, .
     motion = (*(None for _ in position), *angles)
     q0 = [*position, *angles]
     return turns(sequence=letters, slides=np.eye(3)[: len(position)], motion=motion, q0=q0, **ends)
+
+
+def _followed_attitude_joint(case: Case, C_BM: Array, position: tuple[float, ...], ends: dict[str, Any]) -> Joint:
+    """A joint with free translations and with angles prescribed along the attitudes of a file.
+
+    Raises CaseError for a file that is no such message, does not cover the run, or that no three turns fit.
+    """
+    attitude, epoch = case.attitude, case.environment.epoch
+    assert attitude.ephemeris is not None and epoch is not None  # set by the reader of the case
+    duration = case.run.length(None if case.orbit.kind == "none" else case.orbit.period)
+    try:
+        axes, angles = followed_angles(case.file_path(attitude.ephemeris), epoch, duration, C_BM)
+    except ValueError as error:
+        raise CaseError(case.path.name, [Problem("attitude.ephemeris", str(error))]) from None
+    q0 = np.array([*position, *(float(angle(0.0)[0]) for angle in angles)])
+    motion = (*(None for _ in position), *angles)
+    slides = np.eye(3)[: len(position)]
+    return Joint(translations=slides, rotations=axes, kind="general", motion=motion, q0=q0, parent=None, **ends)
 
 
 def _attitude_coordinates(attitude: AttitudeTable) -> Array:

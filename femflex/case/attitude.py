@@ -25,6 +25,9 @@ class AttitudeTable(Table):
     """Reference frame of the attitude. Default: orbital if there is an orbit, else inertial."""
     spin: Rates | None = None
     """Angular rate of the spinning frame, in its own axes."""
+    ephemeris: str | None = None
+    """AEM of CCSDS with quaternions, relative to the case file: the attitude is prescribed along it, in the inertial
+    frame. t = 0 is environment.epoch, by default its first epoch."""
     held: StrictBool = False
     """Prescribe the initial attitude in the frame for the whole run."""
     root: str | None = None
@@ -80,6 +83,13 @@ class AttitudeTable(Table):
         moving = [key for key in ("rates", "velocity") if getattr(self, key) is not None and any(getattr(self, key))]
         if self.held and moving:
             refuse(f"found held = true together with {' and '.join(moving)}; a held attitude is at rest in its frame")
+        if self.ephemeris is not None:
+            given = sorted(self.model_fields_set - {"ephemeris", "frame", "root", "nominal_axes", "marker", "position"})
+            if given or self.frame not in (None, "inertial"):
+                refuse(
+                    f"found ephemeris together with {', '.join(given) or 'frame'}; its attitude is prescribed, in the "
+                    "inertial frame: leave the others out"
+                )
         if self.held and self.rebase:
             refuse("found held = true together with rebase; a held attitude has no coordinates to be re-based")
         return self

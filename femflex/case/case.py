@@ -20,10 +20,12 @@ from femflex.effectors.noun import EffectorNoun
 from femflex.effectors.registry import nouns
 from femflex.fem.sections.named import NamedMaterial, NamedSection
 from femflex.measures.measure import ExpectationsTable
+from femflex.noun.problems import CaseError, Problem
 from femflex.noun.table import Name, Table, refuse
 from femflex.summary import Rows, Summarised, listed
 from femflex.system.constraint import Constraint
 from femflex.system.environment import EARTH_J2, Environment
+from femflex.system.ephemeris_orbit import followed_orbit
 from femflex.system.joints import AnyJoint
 from femflex.system.load import Load
 from femflex.system.orbit import Orbit
@@ -150,10 +152,20 @@ class Case(Summarised, Table):
         return self._parts
 
     def orbit_with_rates(self) -> Orbit | None:
-        """The orbit with the secular rates of its oblateness, where it has these; None without an orbit."""
+        """The orbit with its secular rates, or along its ephemeris, where it has these; None without an orbit.
+
+        Raises CaseError for an ephemeris that does not cover the run.
+        """
         orbit = self.orbit
         if orbit.kind == "none":
             return None
+        if orbit.ephemeris is not None and not orbit.free:
+            assert self.environment.epoch is not None  # set by the reader of the case
+            path, duration = self.file_path(orbit.ephemeris), self.run.length(orbit.period)
+            try:
+                return followed_orbit(orbit, path, self.environment.epoch, duration)
+            except ValueError as error:
+                raise CaseError(self.path.name, [Problem("orbit.ephemeris", str(error))]) from None
         return orbit.with_secular_rates(self.environment.oblateness[0], orbit.radius) if orbit.secular_rates else orbit
 
     def environment_with_radius(self) -> Environment:

@@ -78,6 +78,9 @@ def _referenced_files(outline: Outline) -> Iterator[tuple[str, str]]:
                 for k, s in enumerate(body.shapes)
                 if isinstance(s, MeshShape)
             )
+    for key_path, table in (("orbit", outline.orbit), ("attitude", outline.attitude)):
+        if table is not None and table.ephemeris is not None:
+            yield f"{key_path}.ephemeris", table.ephemeris
     if outline.initial is not None and outline.initial.source not in (None, EQUILIBRIUM):
         yield "initial.from", outline.initial.source
     for key_path, load in outline.loads.items():

@@ -17,6 +17,7 @@ from femflex.case.case import Case, case_class
 from femflex.case.changed import changed_tables, numbered_path
 from femflex.case.control import warn_of_doubtful_control
 from femflex.case.crosscheck import cross_problems
+from femflex.case.ephemerides import EphemerisError, with_ephemerides
 from femflex.case.magnitudes import warn_of_doubtful_magnitudes
 from femflex.case.outline import Outline, outline_of_case, outline_of_tables
 from femflex.case.suspicion import warn_of_doubtful_numbers
@@ -57,7 +58,9 @@ def _checked_case(
     problems: list[Problem] = []
     case = None
     try:
-        case = _validated_case(raw, partly_checked)
+        case = _validated_case(with_ephemerides(raw, path.parent) or raw, with_ephemerides(partly_checked, path.parent))
+    except EphemerisError as error:
+        raise CaseError(path.name, [error.problem]) from None
     except ValidationError as error:
         problems += schema_problems(case_class(), raw, error)
     valid_parts = outline_of_tables(raw) if case is None else outline_of_case(case, raw)

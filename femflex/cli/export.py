@@ -32,6 +32,7 @@ def export(
             "-o",
             "--output",
             help="File. Scenes: .glb (glTF), .vtkhdf and .pvd (ParaView). Tables: .csv, .parquet, .mat, .nc. "
+            "Ephemerides of CCSDS: .oem, .aem. "
             "Craft for co-simulation: .fmu (FMI 3.0). Default: a .glb file in the folder of the run.",
         ),
     ] = None,

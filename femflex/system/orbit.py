@@ -12,12 +12,13 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import StrictBool, model_validator
+from pydantic import PrivateAttr, StrictBool, model_validator
 
 from femflex.arrays import Array
 from femflex.noun.table import Table, exactly_one, refuse
 from femflex.noun.values import Angle, Fraction, Length, PositiveLength, Quantity, Rate
 from femflex.rotations import dcm_from_angles
+from femflex.system.profile import Profile
 
 MU_EARTH = 3.986004418e14  # m^3/s^2
 EARTH_RADIUS = 6378137.0  # m, equatorial, over which altitudes are counted
@@ -63,6 +64,12 @@ class Orbit(Table):
     """Uniform drift of the perigee of a specified orbit."""
     anomaly_rate: Rate = 0.0
     """Uniform drift of the mean anomaly of a specified orbit, in addition to the mean motion."""
+    ephemeris: str | None = None
+    """File in place of the elements, relative to the case file: an OEM of CCSDS, or two-line elements (sgp4). A
+    specified orbit follows its positions; a free one starts with its position and velocity. t = 0 is environment.epoch,
+    by default the first epoch of the file."""
+
+    _path: tuple[Profile, Profile, Profile] | None = PrivateAttr(default=None)
 
     @classmethod
     def from_python(cls, keys: dict[str, Any]) -> dict[str, Any]:
@@ -90,6 +97,8 @@ class Orbit(Table):
             )
         if self.secular_rates and self.drifts:
             refuse("found secular_rates and rates of node, perigee or anomaly; give one or the other")
+        if self.ephemeris is not None and (self.secular_rates or self.drifts):
+            refuse("found ephemeris and rates of the elements; an ephemeris has its drift already, so leave them out")
         exactly_one(self, ("perigee_altitude", "semi_major_axis"))
         if self.perigee_altitude is not None:
             vars(self)["semi_major_axis"] = (self.radius + self.perigee_altitude) / (1.0 - self.eccentricity)
@@ -110,6 +119,17 @@ class Orbit(Table):
         }
         return self.model_copy(update=rates)
 
+    def following(self, path: tuple[Profile, Profile, Profile]) -> Orbit:
+        """The specified orbit whose O goes along inertial components of a position [m]; elements are those at t = 0."""
+        orbit = self.model_copy()
+        orbit._path = path
+        return orbit
+
+    @property
+    def path(self) -> tuple[Profile, Profile, Profile] | None:
+        """Inertial components [m] of the position of O, of an orbit that follows an ephemeris."""
+        return self._path
+
     @property
     def free(self) -> bool:
         """Whether the translation of the centre of mass is solved for."""
@@ -128,7 +148,11 @@ class Orbit(Table):
     @property
     def is_steady(self) -> bool:
         """Whether its radius and the rate of its orbital frame, in that frame, are constant."""
-        return self.eccentricity <= CIRCULAR and (self.node_rate == 0.0 or np.sin(self.inclination) == 0.0)
+        return (
+            self.path is None
+            and self.eccentricity <= CIRCULAR
+            and (self.node_rate == 0.0 or np.sin(self.inclination) == 0.0)
+        )
 
     @property
     def mean_motion(self) -> float:

@@ -8,6 +8,7 @@ from femflex.arrays import Array, Table
 from femflex.dynamics.layout import records as at
 from femflex.dynamics.layout.records import body_of, header_of
 from femflex.kernels.compiled import inner
+from femflex.kernels.profiles import profile_at
 from femflex.kernels.turns import axis_turn
 from femflex.kernels.vectors import (
     UNIT,
@@ -15,6 +16,7 @@ from femflex.kernels.vectors import (
     Vector,
     add,
     cross,
+    dot,
     load3,
     load9,
     product,
@@ -28,6 +30,7 @@ from femflex.kernels.vectors import (
 
 POLE: Vector = (0.0, 0.0, 1.0)  # inertial components
 NORMAL: Vector = (1.0, 0.0, 0.0)  # to the orbit, orbital components
+JERK_STEP = 0.5  # s, over which the rate of the acceleration along an ephemeris is taken
 KEPLER_STEPS = 30  # Newton steps at most; from E = M + e sin M + ... ten are enough below e = 0.99
 
 
@@ -52,6 +55,9 @@ def move_orbit(t: float, table: Table, pool: Array, work: Array) -> None:
     """
     head = header_of(table)
     d, o = head["orbit_data"], head["orbit_state"]
+    if pool[d + 17] != 0.0:
+        follow_path(t, d, o, pool, work)
+        return
     mu, a, e, n, M0 = pool[d + 14], pool[d + 1], pool[d + 2], pool[d + 3], pool[d + 4]
     E = eccentric_anomaly(M0 + n * t, e)
     cos_E, sin_E = math.cos(E), math.sin(E)
@@ -71,6 +77,45 @@ def move_orbit(t: float, table: Table, pool: Array, work: Array) -> None:
     work[o + 22] = E + 2.0 * math.atan2(e * sin_E, 1.0 + root - e * cos_E)
     if pool[d + 15] != 0.0 or pool[d + 16] != 0.0:
         turn_orbit(t, pool[d + 15], pool[d + 16], o, work)
+
+
+@inner
+def follow_path(t: float, d: int, o: int, pool: Array, work: Array) -> None:
+    """Write the orbit's state at t from profiles of the position of O; its anomaly is that of the osculating ellipse.
+
+    With h = r x v and the acceleration a, the orbital frame turns at h/r^2 about x0 and r a_x/h about y0.
+    """
+    x, vx, ax = profile_at(t, int(pool[d + 18]), pool)
+    y, vy, ay = profile_at(t, int(pool[d + 19]), pool)
+    z, vz, az = profile_at(t, int(pool[d + 20]), pool)
+    r, v, a = (x, y, z), (vx, vy, vz), (ax, ay, az)
+    radius = math.sqrt(dot(r, r))
+    normal = cross(r, v)
+    h = math.sqrt(dot(normal, normal))
+    x0, y0 = scale(1.0 / h, normal), scale(1.0 / radius, r)
+    z0 = cross(x0, y0)
+    speed, along, out = dot(v, y0), dot(a, z0), dot(a, x0)
+    rate, turning = h / (radius * radius), radius * out / h
+    step = JERK_STEP
+    before, after = max(t - step, pool[int(pool[d + 18]) + 3]), min(t + step, pool[int(pool[d + 18]) + 4])
+    _, _, jx = profile_at(after, int(pool[d + 18]), pool)
+    _, _, jy = profile_at(after, int(pool[d + 19]), pool)
+    _, _, jz = profile_at(after, int(pool[d + 20]), pool)
+    _, _, kx = profile_at(before, int(pool[d + 18]), pool)
+    _, _, ky = profile_at(before, int(pool[d + 19]), pool)
+    _, _, kz = profile_at(before, int(pool[d + 20]), pool)
+    jerk = dot(scale(1.0 / (after - before), (jx - kx, jy - ky, jz - kz)), x0)
+    h_rate = radius * along
+    out_rate = jerk - turning * along  # x0' = -turning z0
+    work[o] = radius
+    store3(work, o + 1, (rate, turning, 0.0))
+    store9(work, o + 4, (x0[0], y0[0], z0[0], x0[1], y0[1], z0[1], x0[2], y0[2], z0[2]))
+    store3(work, o + 13, r)
+    store3(work, o + 16, v)
+    alpha_y = speed * out / h - radius * out * h_rate / (h * h) + radius * out_rate / h
+    store3(work, o + 19, (h_rate / (radius * radius) - 2.0 * rate * speed / radius, alpha_y, 0.0))
+    p = h * h / pool[d + 14]
+    work[o + 22] = math.atan2(speed * h / pool[d + 14], p / radius - 1.0)
 
 
 @inner

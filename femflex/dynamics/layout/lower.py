@@ -89,7 +89,8 @@ def lower_orbit(head: np.void, system: System, pool: Pool) -> None:
     mean = E - o.eccentricity * np.sin(E)
     shape, n = (o.mu, o.semi_major_axis, o.eccentricity), o.mean_motion
     moving = o.mu * (1.0 + o.anomaly_rate / n) ** 2, o.node_rate, o.perigee_rate
-    head["orbit_data"] = pool.add([*shape, n + o.anomaly_rate, mean, *o.C_NP().ravel(), *moving])
+    path = [0.0] if o.path is None else [1.0, *(float(pool.add(profile.numbers)) for profile in o.path)]
+    head["orbit_data"] = pool.add([*shape, n + o.anomaly_rate, mean, *o.C_NP().ravel(), *moving, *path])
 
 
 def reported_markers(system: System) -> list[tuple[str, str]]:

@@ -38,7 +38,8 @@ HEADER = np.dtype(
             "moved_u",  # work (n_u,): velocities at which these are tried
             "orbit",  # ORBIT_*
             "frame",  # FRAME_*
-            "orbit_data",  # pool: mu, a, e, n, mean anomaly, C_NP (9) at t = 0; mu by a and n; node's, perigee's rate
+            "orbit_data",  # pool: mu, a, e, n, mean anomaly, C_NP (9) at t = 0; mu by a and n; node's, perigee's rate;
+            # whether it follows profiles of its position, and where these are (3)
             "frame_data",  # pool: rate of a spinning frame (3)
             "weighs", "gravity",  # 1: uniform gravity acts; pool: its acceleration, inertial components (3)
             "mass",  # pool: total mass

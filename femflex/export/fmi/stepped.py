@@ -67,7 +67,7 @@ class SteppedCraft:
         self.time, self.state = time, np.array(self._model.x0)
 
     def input_values(self) -> Array:
-        """The inputs (n_in,) in SI."""
+        """The inputs (n_in,) in SI units."""
         return self.state[self._held]
 
     def set_input(self, number: int, value: float) -> None:

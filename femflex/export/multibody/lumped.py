@@ -56,7 +56,7 @@ def linear_body(body: FlexibleBody, name: str) -> tuple[FlexibleBody, list[str]]
 
 
 def skew(vectors: Array) -> Array:
-    """Matrices (..., 3, 3) whose product with a vector is the cross product of vectors (..., 3) with it."""
+    """Matrices (..., 3, 3), in the unit of vectors (..., 3), that multiply as cross products with them do."""
     x, y, z = np.moveaxis(np.asarray(vectors, float), -1, 0)
     zero = np.zeros_like(x)
     rows = [np.stack(row, -1) for row in ((zero, -z, y), (z, zero, -x), (-y, x, zero))]
