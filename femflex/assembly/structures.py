@@ -36,10 +36,10 @@ from femflex.reduction import (
     slow_loads,
     warn_of_initial_stress,
 )
+from femflex.reduction.induced_strain import loads_of_induced_strain
 from femflex.reduction.methods import clamp_of
 from femflex.reduction.preload.equilibrium import static_equilibrium
 from femflex.reduction.preload.loads import Preload
-from femflex.reduction.strain.induced import loads_of_induced_strain
 from femflex.warning import PhysicsWarning
 
 PLACE = "marker {}"  # point group of a marker given by its position

@@ -125,8 +125,8 @@ def with_settled_starts(model: Model) -> Model:
             return replace(model, x0=x)
     worst = int(np.argmax(np.abs(change) / sizes))
     raise ValueError(
-        f"the state {own[worst]!r} has no value at which it stays at the start, as where no light reaches a surface, or "
-        "where it does not radiate; give its initial value instead of equilibrium"
+        f"the state {own[worst]!r} has no value at which it stays at the start, as where no light reaches a surface, "
+        "or where it does not radiate; give its initial value instead of equilibrium"
     )
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -82,17 +81,3 @@ class WaveData:
             excitation=self.excitation[order][:, turn],
             infinite=None if self.infinite is None else symmetric(self.infinite),
         )  # fmt: skip
-
-
-def read_wave_data(path: Path, density: float, gravity: float) -> WaveData:
-    """The data of a file: Capytaine's NetCDF (.nc), or WAMIT's NAME.1 with NAME.3 and, if it is there, NAME.hst.
-
-    density, gravity: those of the water, with which WAMIT's data get their units. Raises ValueError and OSError.
-    """
-    from femflex.hydrodynamics import capytaine, wamit
-
-    reader = capytaine.read if path.suffix == ".nc" else wamit.read
-    data = reader(path, density, gravity).rising()
-    if len(data.omega) < 2:
-        raise ValueError(f"{path.name} has {len(data.omega)} frequencies; radiation needs several")
-    return data

@@ -21,6 +21,7 @@ from femflex.reduction.boundary.load_sets import add_load_sets
 from femflex.reduction.boundary.markers import attachable_nodes, marker, marker_rows
 from femflex.reduction.boundary.patches import add_patches
 from femflex.reduction.boundary.rigid import check_no_rigid_motion, is_held_by_springs, rigid_shapes
+from femflex.reduction.induced_strain import with_induced_strains
 from femflex.reduction.inertia.moments import linear_stiffness, mass_moments, mass_points
 from femflex.reduction.inertia.orders import first_order_part, membrane_cubic
 from femflex.reduction.large_deflection.derivatives import with_derivatives
@@ -32,7 +33,6 @@ from femflex.reduction.preload.equilibrium import is_preloaded
 from femflex.reduction.strain.condense import condense
 from femflex.reduction.strain.folded_beams import warn_of_folded_beams, warn_of_in_plane_turns
 from femflex.reduction.strain.following import dependent_derivatives
-from femflex.reduction.strain.induced import with_induced_strains
 from femflex.reduction.strain.initial_stress import warn_if_slack
 from femflex.reduction.strain.omitted_shear import warn_of_omitted_shear
 from femflex.reduction.strain.static_stretch import with_static_stretch

@@ -14,11 +14,11 @@ from femflex.arrays import Array
 from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors
 from femflex.fem.static_loads import StaticLoads
 from femflex.fem.structure import Structure
+from femflex.reduction.induced_strain import with_induced_strains
 from femflex.reduction.inertia.accelerations import loads_of_rigid_accelerations
 from femflex.reduction.inertia.moments import linear_stiffness, mass_moments, mass_points
 from femflex.reduction.modes.vibration import ModeSet
 from femflex.reduction.reduce import attachments, skin_of
-from femflex.reduction.strain.induced import with_induced_strains
 
 LEVI_CIVITA = np.array([[np.cross(a, b) for b in np.eye(3)] for a in np.eye(3)]).transpose(2, 0, 1)
 

@@ -17,7 +17,7 @@ from femflex.reduction import (
     with_attachment,
     with_derivatives,
 )
-from femflex.reduction.strain.induced import loads_of_induced_strain
+from femflex.reduction.induced_strain import loads_of_induced_strain
 
 METAL = Material(E=70e9, nu=0.3, density=2700)
 L, H = 10.0, 0.01

@@ -162,7 +162,7 @@ def test_saved_model_round_trip(tmp_path, suffix: str):
             }
     else:
         stored = {
-            k: v if k in "ABCD" else np.array([str(t[0]) for t in v.ravel()])
+            k: v if k in "ABCD" else np.array(["".join(t) for t in v.ravel()])
             for k, v in loadmat(path).items()
             if k[0] != "_"
         }
@@ -172,7 +172,8 @@ def test_saved_model_round_trip(tmp_path, suffix: str):
         pairs = getattr(full_model, key)
         assert list(stored[key]) == [name for name, _ in pairs]
         assert list(stored[f"{key[:-1]}_units"]) == [f"{unit}{k}" for k in range(len(pairs))]
-    assert set(stored) == {*"ABCD", "states", "inputs", "outputs", "state_units", "input_units", "output_units"}
+    further = {f"{key}_{kind}" for key in ("input", "output") for kind in ("units", "frames")}
+    assert set(stored) == {*"ABCD", "states", "inputs", "outputs", "state_units", *further}
     with pytest.raises(FileExistsError):
         save_model(full_model, path)
     assert save_model(full_model, str(path), force=True) == path
