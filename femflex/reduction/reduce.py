@@ -133,7 +133,7 @@ def attachments(
     loads: Mapping[str, StaticLoads] | None,
     is_linear: bool,
 ) -> tuple[dict[str, Marker], dict[str, Patches], dict[str, LoadSet]]:
-    """Markers (name -> group), patches and sets of loads on shapes phi (n_dof, n), and the markers of all of them.
+    """Markers (name -> group), patches and sets of loads on shapes phi (n_dof, n) [m, rad], and the markers of all.
 
     is_linear: of linear strain, whose markers have no axis along their member.
     """

@@ -49,7 +49,7 @@ def small_motion_body(
 
 
 def body_of_shapes(structure: Structure, phi: Array, rigid: MassMoments, markers: Mapping[str, Marker]) -> FlexibleBody:
-    """A body of shapes phi (n_dof, n) with these markers, with the moments that small motions about rest need.
+    """A body of shapes phi (n_dof, n) [m, rad] with these markers, and the moments that small motions about rest need.
 
     rigid: moments of the undeformed body; moments of shapes in it are ignored.
     """

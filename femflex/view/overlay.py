@@ -172,7 +172,7 @@ class CornerTriad:
         ]
 
     def show(self, C_VR: Array, directions: Array) -> None:
-        """Turn to the attitude of the reference frame (3, 3) and to directions (n, 3), in the camera's frame."""
+        """Turn to the attitude of the reference frame (3, 3) and to directions (n, 3) [1], in the camera's frame."""
         self._actor.SetUserMatrix(pose_matrix(np.zeros(3), C_VR))
         for arrow, direction in zip(self._arrows, directions, strict=True):
             side = np.linalg.svd(direction[None])[2][1]

@@ -207,7 +207,7 @@ class Enhanced:
         return np.matmul(self.strains(), self.response[:, None])
 
     def stiffness(self, weight: Array, elastic: Array) -> Array:
-        """Stiffness (e, 9, 9) of the a at points of weight (e, q) with the elastic matrix (1, 1, 6, 6)."""
+        """Stiffness (e, 9, 9) [N/m] of the a at points of weight (e, q) with the elastic matrix (1, 1, 6, 6)."""
         B = self.strains()
         return np.matmul(B.swapaxes(2, 3), np.matmul(elastic, B) * weight[:, :, None, None]).sum(axis=1)
 

@@ -22,7 +22,7 @@ POINTS = 4  # Gauss points of a cell per direction: exact for cubics along its s
 def add_patches(
     structure: Structure, phi: Array, groups: Sequence[str], sines: bool
 ) -> tuple[dict[str, Patches], dict[str, Marker]]:
-    """Patches of each group, and their markers on shapes phi (n_dof, n).
+    """Patches of each group, and their markers on shapes phi (n_dof, n) [m, rad].
 
     sines: slopes of beams are sines, as with nonlinear strain. Raises ValueError for a group that does not exist, or
     that has neither lines nor surfaces, and for nodes that belong to no member.

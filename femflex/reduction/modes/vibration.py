@@ -174,7 +174,7 @@ class ModeSet:
         return self.phi.shape[1]
 
     def with_shapes(self, phi: Array, kinds: Iterable[str], omega: Array, note: str = "") -> ModeSet:
-        """The set and shapes phi (n_dof, k) after its own, of these kinds and frequencies, with a further note."""
+        """The set and shapes phi (n_dof, k) after its own, of these kinds and omega (k,) [rad/s], and a note."""
         return replace(
             self,
             phi=np.column_stack([self.phi, phi]),

@@ -54,7 +54,7 @@ class SampledModel:
 
     @cached_property
     def flow(self) -> Array:
-        """E (n, n), from one sample to the next."""
+        """E (n, n) [SI], from one sample to the next."""
         return np.asarray(expm(self.generator * self.period))
 
     def multipliers(self) -> ComplexArray:
