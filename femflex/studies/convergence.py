@@ -177,7 +177,8 @@ def assess_convergence(
 def within_tolerance(trend: Trend, values: Array, tolerance: float) -> Trend:
     """The trend of values (n,), in any unit, converged if their last change is below the relative tolerance.
 
-    It is so whatever came before. An earlier change of almost zero, as of a mode that takes no part, can hide the decrease from a fitted law.
+    It is so whatever came before. An earlier change of almost zero, as of a mode that takes no part, can hide the
+    decrease from a fitted law.
     """
     changes, scale = np.abs(np.diff(values)), float(np.abs(values).max()) or 1.0
     if changes.max() <= tolerance * scale:
