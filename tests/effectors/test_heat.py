@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femflex import Orbit, System, fem, run, simulate, system_modes
+from femflex import Orbit, System, fem, rigid_body, run, simulate, system_modes
+from femflex.body import Skin
 from femflex.case import parse_case
 from femflex.effectors import EarthRadiation, HeatBalance, Optical, Sun, Surface
 from femflex.mesh import rectangle
@@ -67,7 +68,7 @@ def test_one_mode_flutters_beyond_the_limit_of_routh(share, grows):
     assert found == pytest.approx(expected, abs=2e-4 * abs(expected))
 
 
-def plate(nodes, front=OPAQUE, back=OPAQUE, direction=(0, 0, 1), earth=None, upright=False, **heat):
+def plate(nodes, front=OPAQUE, back=OPAQUE, direction=(0, 0, 1), earth=None, upright=False, roof=False, **heat):
     """A square plate of 1 m, clamped at one side, in light on its front; upright: its normal is x, not z."""
     mesh = rectangle(1.0, 1.0, 4, 4, "quad")
     if upright:
@@ -85,8 +86,13 @@ def plate(nodes, front=OPAQUE, back=OPAQUE, direction=(0, 0, 1), earth=None, upr
         orbit, heat["earth"] = Orbit(RADIUS + earth.pop("altitude")), "earth"
         nouns["earth"] = EarthRadiation(**earth)
     nouns["heat"] = HeatBalance(kind="balance", body="plate", group="surface", nodes=nodes, **PLATE, **heat)
-    craft = System({"plate": body}, [weld("plate", child_marker="left")], orbit=orbit)
-    return with_effectors(craft, nouns)
+    bodies, joints = {"plate": body}, [weld("plate", child_marker="left")]
+    if roof:  # over x < 1/2, 1 m above
+        x = np.array([[-0.5, -1, 1], [0.5, -1, 1], [0.5, 2, 1], [-0.5, 2, 1]], float)
+        skin = Skin(x, {"quad": np.array([[0, 1, 2, 3]])}, np.zeros((0, 4, 3)))
+        bodies["roof"], joints = rigid_body(1.0, np.eye(3), skin=skin), [*joints, weld("roof")]
+        nouns["roof"] = Surface(body="roof")
+    return with_effectors(System(bodies, joints, orbit=orbit), nouns)
 
 
 @pytest.mark.parametrize("nodes", [2, 5])
@@ -125,6 +131,15 @@ def test_infrared_of_the_earth_warms_a_level_plate(infrared, altitude):
     flux = infrared * (RADIUS / (RADIUS + altitude)) ** 2
     assert SIGMA * ((mean + half) ** 4 + (mean - half) ** 4) == pytest.approx(flux, rel=1e-9)
     assert -2 * half * PLATE["conductivity"] / PLATE["thickness"] == pytest.approx(SIGMA * (mean + half) ** 4, rel=1e-9)
+
+
+def test_shaded_patches_absorb_nothing():
+    """A roof over the half of a plate next to its root; the shadow is found at the start, and acts from then on."""
+    craft = plate(2, Optical(diffuse=0.2), Optical(), roof=True, shadow_period=1.0, initial=300.0)
+    run = simulate(craft, 0.5, output_step=0.1)
+    x = [outlines.mean(axis=(0, 1))[0] for outlines in craft.bodies["plate"].patches["surface"].outlines]
+    light = [run[f"effectors/heat/absorbed_{k + 1}"][-1] for k in range(len(x))]
+    assert light == pytest.approx(np.where(np.array(x) < 0.5, 0.0, 0.8 * SOLAR), abs=1e-6 * SOLAR)
 
 
 @pytest.mark.parametrize("strain", ["linear", "condensed"])

@@ -152,7 +152,7 @@ def apply_forces(i: int, first: int, last: int, records: int, table: Table, pool
             store3(work, e["pushed"] + 3, torque)
         else:
             push_marker(port_at(table, e["markers"]), force, torque, table, pool, work)
-    else:
+    elif e["pushes"]:
         for k in range(m):
             force, torque = load3(work, out + 3 * k), load3(work, out + 3 * m + 3 * k)
             push_marker(port_at(table, e["markers"] + N_PORT * k), force, torque, table, pool, work)

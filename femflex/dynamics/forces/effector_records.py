@@ -22,6 +22,7 @@ EFFECTOR = np.dtype(
         for name in (
             "n_markers", "n_freedoms", "n_inputs", "n_z", "n_channels",
             "act", "jacobian", "add_mass",  # addresses; 0: none
+            "pushes",  # whether it may exert forces or torques at markers
             "clears",  # whether its numbers are set to zero before its function is called
             "markers", "freedoms", "inputs",  # table: PORT and HANDLE records, places of inputs from that of z
             "z",  # place of its first state in z
@@ -109,6 +110,7 @@ def lower_effector(record: Record, effector: Effector, names: list[str], pool: P
         record["add_mass"], record["masses"] = effector.added_mass.address, scratch.take(MATRIX * m)
     record["z"] = names.index(effector.state_names()[0][0]) if n else 0
     record["parameters"], record["sizes"] = pool.add(effector.parameters), pool.add(effector.sizes)
+    record["pushes"] = "force" in effector.exerts or "torque" in effector.exerts
     record["clears"] = not getattr(effector.act, "writes_all", False)
     record["seen"] = scratch.take(input_size(m, f, len(effector.inputs)))
     record["out"] = scratch.take(2 * padded(max(output_size(m, f, n, len(effector.channels)), n * n)))
