@@ -83,9 +83,9 @@ def _induced_strain(
 
 
 def stiffness_of_stress(part: StrainPart, stress: Array, n: int, slaves: Array) -> Array:
-    """Stiffness (k, n, n) of stress states (p, s, k) in a part of a strain field, on the first n of its shapes.
+    """Stiffness (k, n, n) [N/m by its shapes] of stress states (p, s, k) in a part of a strain field.
 
-    slaves: A_s of the shapes behind them (`FlexibleBody`)
+    n: number of its first shapes, on which it acts; slaves: A_s of those behind them (`FlexibleBody`)
     """
     weighted = stress * part.weight[:, None, None]
     rows = part.rows.astype(float)
