@@ -1,0 +1,370 @@
+"""Water: balance of energy, buoyancy of cut cylinders, waves, linear models, wave data, and MoorDyn's line."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import femflex
+from femflex import read_case
+from femflex.dynamics.linear.system_modes import system_modes
+from femflex.dynamics.model import compile_system
+from femflex.hydrodynamics import WaveData, fitted, read_wave_data
+from femflex.pipeline.start import system_of
+
+CASES = Path(__file__).resolve().parents[2] / "cases"
+HEAD = """
+[run]
+duration = "1 s"
+samples = 2
+[environment]
+gravity = 9.81
+[water.sea]
+depth = "20 m"
+current = [{ velocity = [1, 0.3, 0] }, { depth = "20 m", velocity = [0.2, 0, 0] }]
+floor_stiffness = "1e5 Pa/m"
+floor_damping = "1e3 Pa s/m"
+friction = 0.5
+waves = [
+  { kind = "jonswap", height = "2 m", period = "6 s", components = 20 },
+  { kind = "regular", height = "1 m", period = "5 s", direction = [1, 1, 0] },
+]
+[bodies.buoy]
+kind = "rigid"
+mass = "1500 kg"
+inertia = ["400 kg m^2", "500 kg m^2", "500 kg m^2"]
+markers.m = { position = [0.1, 0.2, 0.3], orientation = { x = [1, 0.2, 0], z = [0, 0.1, 1] } }
+[[joints]]
+kind = "free"
+child = "buoy"
+"""
+MOORED_ROD = """
+[bodies.anchor]
+kind = "rigid"
+mass = "1 kg"
+markers.up = { position = ["-25 m", 0, "20 m"] }
+[[joints]]
+kind = "weld"
+child = "anchor"
+child_marker = "up"
+[wet_members.rod]
+body = "buoy"
+start = [0, 0, "-3 m"]
+end = ["1 m", 0, "3 m"]
+diameter = "0.8 m"
+pieces = 6
+Cf = 0.05
+[wet_members.wet_line]
+cable = "line"
+diameter = "0.05 m"
+Cf = 0.02
+[cables.line]
+body = "buoy"
+parent = "anchor"
+length = "30 m"
+EA = "1e6 N"
+damping = "100 N s/m"
+mass_per_length = "8 kg/m"
+masses = 8
+"""
+HULL = """
+[wet_bodies.hull]
+body = "buoy"
+marker = "m"
+volume = 1.4
+center_of_buoyancy = [0.1, 0, 0.2]
+added_mass = [[800, 10, 20, 5, 60, 7], [10, 900, 30, -50, 3, 2], [20, 30, 1000, 4, 5, 6],
+              [5, -50, 4, 200, 1, 2], [60, 3, 5, 1, 220, 3], [7, 2, 6, 2, 3, 150]]
+drag_areas = [1, 1.2, 1.4]
+turn_drag = [10, 20, 30]
+damping = [10, 20, 30, 4, 5, 6]
+waterplane_area = 1.1
+waterplane_moments = [0.2, 0.3, 0.05]
+"""
+TUBE = """
+[bodies.tube]
+kind = "analytic"
+length = "5 m"
+EA = "6e7 N"
+EIy = "6e5 N m^2"
+EIz = "5e5 N m^2"
+GJ = "5e5 N m^2"
+mass_per_length = "22 kg/m"
+ry = "30 mm"
+rz = "30 mm"
+strain = "condensed"
+functions = { y = 2, z = 2, axial = 4, torsion = 1, joints = [] }
+[wet_members.tube]
+body = "tube"
+diameter = "0.1 m"
+inner_diameter = "0.08 m"
+flooded = true
+Cf = 0.1
+[[joints]]
+kind = "weld"
+parent = "buoy"
+child = "tube"
+"""
+
+
+def model_of(tmp_path, text):
+    path = tmp_path / "case.toml"
+    path.write_text(text)
+    return compile_system(system_of(read_case(path)))
+
+
+@pytest.mark.filterwarnings("ignore::femflex.warning.PhysicsWarning")
+@pytest.mark.parametrize(("parts", "size"), [(MOORED_ROD, 0.2), (HULL, 0.3), (TUBE, 0.05)])
+def test_energy_of_bodies_and_water_balances(tmp_path, parts, size):
+    model = model_of(tmp_path, HEAD + parts)
+    rng = np.random.default_rng(1)
+
+    def observed(t, x):
+        channels = model.observe(np.array([t]), x[None])
+        of_effectors = {path: row[0] for path, row in channels.items() if path.startswith("effectors/")}
+        gained = sum(value for path, value in of_effectors.items() if path.endswith("/supplied"))
+        lost = sum(value for path, value in of_effectors.items() if path.endswith("/dissipation"))
+        return channels["monitors/energy"][0], gained - lost, lost
+
+    for t in rng.uniform(0.0, 10.0, 4):
+        x = model.x0 + size * rng.normal(size=model.n_x)
+        for k in model.renormalise:
+            x[k : k + 4] /= np.linalg.norm(x[k : k + 4])
+        rate, h = model.state_rate(t, x), 1e-5
+        later, earlier = (observed(t + sign * h, x + sign * h * rate)[0] for sign in (1, -1))
+        energy, power, lost = observed(t, x)
+        assert lost >= 0.0
+        rounding = 2e-16 * abs(energy) / h * 1e2
+        assert (later - earlier) / (2 * h) == pytest.approx(power, rel=1e-5, abs=rounding + 1e-6 * lost)
+        rows = model.terms(np.array([t]), x[None])
+        assert np.sum(list(rows.values()), axis=0) == pytest.approx(0.0, abs=1e-9 * np.abs(rows["inertia"]).max())
+
+
+@pytest.mark.parametrize(("tilt", "height"), [(0.0, 0.1), (0.02, -0.2), (0.3, 0.2), (1.2, 0.5), (1.57, 0.3)])
+def test_buoyancy_of_a_cut_cylinder_is_that_of_its_submerged_volume(tmp_path, tilt, height):
+    L, R = 4.0, 0.3
+    text = f"""
+    [run]
+    duration = "1 s"
+    samples = 2
+    [environment]
+    gravity = 10
+    [water.sea]
+    density = 1000
+    [bodies.rod]
+    kind = "rigid"
+    mass = 1
+    inertia = [1.0, 1.0, 1.0]
+    [wet_members.rod]
+    body = "rod"
+    start = [{-L / 2}, 0, 0]
+    end = [{L / 2}, 0, 0]
+    diameter = {2 * R}
+    pieces = 1
+    [attitude]
+    position = [0, 0, {height}]
+    sequence = "xyz"
+    angles = [0, {-tilt}, 0]
+    """
+    model = model_of(tmp_path, text)
+    channels = model.observe(np.zeros(1), model.x0[None])
+    s = (np.arange(1200) + 0.5) / 1200 * L - L / 2
+    radius, angle = (np.arange(60) + 0.5) / 60 * R, (np.arange(90) + 0.5) / 90 * 2 * np.pi
+    s, radius, angle = np.meshgrid(s, radius, angle, indexing="ij")
+    across = radius * np.cos(angle)
+    x, z = s * np.cos(tilt) - across * np.sin(tilt), height + s * np.sin(tilt) + across * np.cos(tilt)
+    weight = np.where(z < 0.0, radius, 0.0) * (L / 1200) * (R / 60) * (2 * np.pi / 90) * 1e4
+    assert channels["effectors/rod/lift"][0] == pytest.approx(weight.sum(), rel=2e-3)
+    moment = -(weight * x).sum()  # of the lift about the upright axis of y through the middle
+    assert channels["effectors/rod/torque"][0][1] == pytest.approx(moment, abs=3e-3 * weight.sum() * L / 2)
+
+
+def test_spectrum_has_its_height_and_peak(tmp_path):
+    sea = '[run]\nduration = "1 s"\nsamples = 2\n[environment]\ngravity = 9.81\n[water.sea]\ndepth = "30 m"\n'
+    waves = 'waves = [{ kind = "jonswap", height = "3 m", period = "9 s", components = 200, seed = 4 }]\n'
+    body = '[bodies.a]\nkind = "rigid"\nmass = 1\n[attitude]\nheld = true\n'
+    model = model_of(tmp_path, sea + waves + body)
+    times = np.arange(0.0, 20000.0, 0.5)
+    eta = model.observe(times, np.tile(model.x0, (len(times), 1)))["effectors/sea/elevation"]
+    assert 4.0 * eta.std() == pytest.approx(3.0, rel=0.02)
+    spectrum = np.abs(np.fft.rfft(eta)) ** 2
+    f = np.fft.rfftfreq(len(eta), 0.5)
+    # mean period of a JONSWAP spectrum of gamma 3.3 by its first moment: 0.834 T_p (Carter 1982)
+    assert (spectrum.sum() / (f * spectrum).sum()) == pytest.approx(0.834 * 9.0, rel=0.01)
+
+
+def test_drag_of_linear_models_is_that_of_the_stated_amplitude_and_of_none_in_still_water(tmp_path):
+    text = (CASES / "wet_tube.toml").read_text().split("[expect.wet]")[0]
+    text = text.replace('current = [{ velocity = [0, "0.2 m/s", 0] }]', "")
+    still = system_modes(model_of(tmp_path, text).system)
+    moved = text.replace('diameter = "100 mm"', 'diameter = "100 mm"\nlinear_drag = "amplitude"\namplitude = "0.3 m/s"')
+    damped = system_modes(model_of(tmp_path, moved).system)
+    assert still.damping_ratios[0] == pytest.approx(0.0, abs=1e-12)
+    per_length = 0.5 * 1025 * 1.2 * 0.1 * 8 / (3 * np.pi) * 0.3
+    ratio = per_length / (2 * 2 * np.pi * 3.17517 * (22.1953522 + 8.0503))
+    assert damped.damping_ratios[0] == pytest.approx(ratio, rel=1e-2)  # drag by the mean motion of eight patches
+
+
+def test_segments_and_second_integrator_and_run_without_water(tmp_path):
+    text = (
+        (CASES / "riser.toml").read_text().split("[expect.first]")[0].replace("../meshes", str(CASES.parent / "meshes"))
+    )
+    text = text.replace(', options = { prestress = "20 kN" }', ", segments = 4").replace('EIy = "5000', 'EIy = "50000')
+    i, j = text.index("reduction ="), text.index("[wet_members.water]")
+    text = text[:i] + 'markers.root = { group = "root" }\n' + text[j:]
+    text = text.replace('current = [{ velocity = [0, "0.1 m/s", 0] }]', "")
+    text = text.replace("9.80665", "0.001")
+    text = text.replace("[attitude]\nheld = true", '[attitude]\nheld = true\nmarker = "root"')
+    system = model_of(tmp_path, text).system
+    wet, model = system_modes(system), compile_system(system)
+    dry = system_modes(model.without("wet_member").system)
+    assert wet.frequencies[:2] == pytest.approx(dry.frequencies[:2] / np.sqrt(2.0), rel=2e-3)  # m_a = m
+    rod = (CASES / "released_rod.toml").read_text().split("[expect.rise]")[0].replace('"20 s"', '"3 s"')
+    ends = []
+    for method in ("dop853", "esdirk4"):
+        (tmp_path / "rod.toml").write_text(
+            rod.replace("output_step", f'rtol = 1e-7\nintegrator = "{method}"\noutput_step')
+        )
+        with femflex.run(tmp_path / "rod.toml", tmp_path / f"{method}.h5") as run:
+            ends.append(np.asarray(run["bodies/rod/position"])[-1])
+    assert ends[1] == pytest.approx(ends[0], abs=1e-4)
+
+
+def kernel_data(omega):
+    """Data of K(t), the derivative of a falling Gaussian swing, over all six motions: its transforms by quadrature."""
+    t = np.linspace(0.0, 40.0, 8001)
+    K = np.exp(-0.25 * t**2) * np.cos(1.1 * t)
+    fall = np.exp(-0.08 * t**2)
+    K = K - fall * np.trapezoid(K, t) / np.trapezoid(fall, t)  # none at zero frequency
+    transform = np.array([np.trapezoid(K * np.exp(-1j * w * t), t) for w in omega])
+    shape = np.array([[1, 0, 0, 0, 0.7, 0], [0, 1, 0, -0.6, 0, 0], [0, 0, 1, 0, 0, 0]], float)
+    one = sum(np.outer(row, row) for row in shape)
+    infinite = 3.0 * np.eye(6) + one
+    A = infinite + (transform.imag / omega)[:, None, None] * one
+    X = (1.0 + 0.1j) * omega[:, None, None] * np.ones((1, 2, 6)) * np.array([1.0, 2.0])[:, None]
+    return WaveData(omega, A, transform.real[:, None, None] * one, infinite, np.radians([0.0, 90.0]), X, 1000.0, 10.0)
+
+
+@pytest.mark.parametrize("knows_infinite", [True, False])
+def test_radiation_is_passive_and_within_two_percent(knows_infinite):
+    data = kernel_data(np.linspace(0.1, 4.0, 40))
+    if not knows_infinite:
+        data = WaveData(**{**vars(data), "infinite": None})
+    found = fitted(data)
+    assert found.error < 0.02
+    assert found.infinite == pytest.approx(kernel_data(data.omega).infinite, abs=0.02)
+    assert np.linalg.eigvalsh(found.rate + found.rate.T).max() < 1e-12
+    real = found.kernel(np.geomspace(1e-3, 1e3, 60)).real
+    assert np.linalg.eigvalsh((real + real.swapaxes(1, 2)) / 2).min() > -1e-9
+    t, K0 = 0.0, found.input.T @ found.input  # the kernel in time at t = 0
+    assert K0[2, 2] == pytest.approx(float(kernel_of(t)), rel=0.05)
+
+
+def kernel_of(t):
+    s = np.linspace(0.0, 40.0, 8001)
+    K, fall = np.exp(-0.25 * s**2) * np.cos(1.1 * s), np.exp(-0.08 * s**2)
+    return 1.0 - np.trapezoid(K, s) / np.trapezoid(fall, s) * np.exp(-0.08 * t**2)
+
+
+def test_files_of_wamit_and_capytaine_hold_the_same_data(tmp_path):
+    xarray, _ = pytest.importorskip("xarray"), pytest.importorskip("h5netcdf")
+    data = kernel_data(np.linspace(0.5, 3.0, 6))
+    one, three, rho, g = [], [], data.density, data.gravity
+    for i in range(6):
+        one += [f"0.0 {i + 1} {j + 1} {data.infinite[i, j] / rho:.12e}" for j in range(6)]
+    for k, w in enumerate(data.omega):
+        period = 2 * np.pi / w
+        for i in range(6):
+            one += [
+                f"{period:.12e} {i + 1} {j + 1} {data.added_mass[k, i, j] / rho:.12e} {data.damping[k, i, j] / rho / w:.12e}"
+                for j in range(6)
+            ]
+            for h, angle in enumerate((0.0, 90.0)):
+                x = np.conj(data.excitation[k, h, i]) / (rho * g)  # by exp(+i omega t)
+                numbers = f"{abs(x):.12e} {np.degrees(np.angle(x)):.12e} {x.real:.12e} {x.imag:.12e}"
+                three.append(f"{period:.12e} {angle} {i + 1} {numbers}")
+    (tmp_path / "hull.1").write_text("\n".join(one))
+    (tmp_path / "hull.3").write_text("\n".join(three))
+    names = ["Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw"]
+    order = [2, 0, 1, 5, 4, 3]  # a file may have them in any order
+    omega = np.append(data.omega, np.inf)
+    A = np.concatenate([data.added_mass, data.infinite[None]])[:, order][:, :, order]
+    B = np.concatenate([data.damping, np.zeros((1, 6, 6))])[:, order][:, :, order]
+    X = np.concatenate([data.excitation, np.zeros((1, 2, 6))])[:, :, order]
+    parts = np.stack([X.real, X.imag])
+    coordinates = {
+        "omega": omega, "wave_direction": data.headings, "radiating_dof": [names[k] for k in order],
+        "influenced_dof": [names[k] for k in order], "complex": ["re", "im"],
+    }  # fmt: skip
+    axes = ("omega", "radiating_dof", "influenced_dof")
+    forces = ("complex", "omega", "wave_direction", "influenced_dof")
+    dataset = xarray.Dataset(
+        {
+            "added_mass": (axes, A), "radiation_damping": (axes, B), "Froude_Krylov_force": (forces, 0.25 * parts),
+            "diffraction_force": (forces, 0.75 * parts), "rho": ((), rho), "g": ((), g),
+        },
+        coordinates,
+    )  # fmt: skip
+    dataset.to_netcdf(tmp_path / "hull.nc", engine="h5netcdf")
+    for name in ("hull.1", "hull.nc"):
+        found = read_wave_data(tmp_path / name, rho, g)
+        for key in ("omega", "added_mass", "damping", "infinite", "headings", "excitation"):
+            assert getattr(found, key) == pytest.approx(getattr(data, key), rel=1e-9, abs=1e-9), (name, key)
+        middle = found.excitation_at(1.25, np.radians(45.0))
+        assert middle == pytest.approx((1.0 + 0.1j) * 1.25 * 1.5 * np.ones(6), rel=1e-9)
+
+
+MOORDYN = """--------------------- MoorDyn Input File ------------------------------------
+line
+---------------------- LINE TYPES -----------------------------------
+TypeName Diam Mass/m EA BA/-zeta EI Cd Ca CdAx CaAx
+(-) (m) (kg/m) (N) (N-s/-) (N-m^2) (-) (-) (-) (-)
+main 0.09 77.7065452 384.243e6 -0.8 0 1.6 1.0 0.1 0.0
+---------------------- POINTS --------------------------------
+ID Type X Y Z Mass Volume CdA CA
+(-) (-) (m) (m) (m) (kg) (m^3) (m^2) (-)
+1 Fixed 848.67 0 -320 0 0 0 0
+2 Coupled 0 0 -70 0 0 0 0
+---------------------- LINES -----------------------------------
+ID LineType AttachA AttachB UnstrLen NumSegs Outputs
+(-) (-) (-) (-) (m) (-) (-)
+1 main 1 2 902.2 30 -
+---------------------- OPTIONS -----------------------------------
+0.001 dtM
+1e6 kb
+3e5 cb
+320 WtrDpth
+9.80665 g
+1025 rho
+2.0 dtIC
+60 TmaxIC
+0.001 threshIC
+0 writeLog
+-------------------------- OUTPUTS -------------------------------
+FairTen1
+------------------------ need this line ------------------------
+"""
+ITS_FORCE = """
+import moordyn
+line = moordyn.Create("line.txt")
+moordyn.Init(line, [0, 0, -70], [0, 0, 0])
+print("force", *moordyn.Step(line, [0, 0, -70], [0, 0, 0], 0.0, 0.002))
+"""
+
+
+def test_mooring_line_pulls_as_that_of_moordyn(tmp_path):
+    if find_spec("moordyn") is None:
+        pytest.skip("moordyn is not installed")
+    (tmp_path / "line.txt").write_text(MOORDYN)
+    printed = subprocess.run(
+        [sys.executable, "-c", ITS_FORCE], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    theirs = printed.stdout.rpartition("force ")[2].split()
+    model = compile_system(system_of(read_case(CASES / "mooring_line.toml")))
+    force = model.observe(np.zeros(1), model.x0[None])["effectors/line/force"][0]
+    assert force[-3:] == pytest.approx(np.array(theirs, float), rel=2e-3, abs=1.0)
