@@ -281,7 +281,8 @@ def test_files_of_wamit_and_capytaine_hold_the_same_data(tmp_path):
         period = 2 * np.pi / w
         for i in range(6):
             one += [
-                f"{period:.12e} {i + 1} {j + 1} {data.added_mass[k, i, j] / rho:.12e} {data.damping[k, i, j] / rho / w:.12e}"
+                f"{period:.12e} {i + 1} {j + 1} {data.added_mass[k, i, j] / rho:.12e} "
+                f"{data.damping[k, i, j] / rho / w:.12e}"
                 for j in range(6)
             ]
             for h, angle in enumerate((0.0, 90.0)):
