@@ -115,14 +115,20 @@ def add_ghost(plotter: Any, surface: Surface, theme: Theme, pixel: float) -> lis
 
 
 class LineActor:
-    """A line through points that move: the path of a marker, or a line of sight."""
+    """A line through points that move: the path of a marker, a line of sight, or a cable."""
 
-    def __init__(self, plotter: Any, count: int, theme: Theme, width: float) -> None:
-        """count: number of points;  width [pixels]."""
+    def __init__(self, plotter: Any, count: int, theme: Theme, width: float, colour: Any = None) -> None:
+        """count: number of points;  width [pixels];  colour: default that of paths."""
         import pyvista as pv
 
         self._data: Any = pv.PolyData(np.zeros((count, 3), np.float32), lines=_vtk_cells(np.arange(count)[None, :]))
-        plotter.add_mesh(self._data, color=theme.trace, line_width=width, lighting=False, reset_camera=False)
+        plotter.add_mesh(
+            self._data,
+            color=theme.trace if colour is None else colour,
+            line_width=width,
+            lighting=False,
+            reset_camera=False,
+        )
 
     def show(self, points: Array) -> None:
         """Draw it through points (count, 3) [m]."""

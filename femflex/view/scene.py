@@ -23,7 +23,7 @@ from femflex.view.overlay import (
     pose_matrix,
 )
 from femflex.view.plan import ScenePlan
-from femflex.view.segments import lengths_line, segmented_bodies, segmented_body_of
+from femflex.view.segments import cables, lengths_line, line_of_masses, segmented_bodies, segmented_body_of
 from femflex.view.sunlight import LIGHT, Sunlight
 from femflex.view.surface import MESH_LINE_GAP, VISIBLE, Surface, breadth, surface_of
 from femflex.view.surroundings import directions_of
@@ -61,6 +61,10 @@ class Scene:
         self._traces = {name: LineActor(self._plotter, len(x), theme, 2.0 * pixel) for name, x in self._paths.items()}
         watched = motion(run, run.time[:1]).sights
         self._sights = {name: LineActor(self._plotter, 2, theme, 2.5 * pixel) for name in watched}
+        self._cables = {
+            masses: LineActor(self._plotter, len(masses) + 2, theme, 2.5 * pixel, theme.edge)
+            for masses in map(tuple, cables(run).values())
+        }
         self._corner: CornerTriad | None = None
         if look.triads:
             self._add_triads(look, (width, height))
@@ -90,6 +94,10 @@ class Scene:
         for name, sight in self._sights.items():
             start, direction = (values[k] for values in moving.sights[name])
             sight.show(np.stack([start, start + plan.sight * direction]))
+        for masses, line in self._cables.items():
+            others = [place[k] for name, place in moving.position.items() if name not in masses]
+            points = np.array([moving.position[name][k] for name in masses])
+            line.show(line_of_masses(points, np.array(others).reshape(-1, 3)))
         if self._corner is not None:
             self._corner.show(moving.reference[k], np.array([v[k] for v in moving.directions.values()]).reshape(-1, 3))
         lengths = lengths_line({name: float(length[k]) for name, length in moving.lengths.items()})

@@ -7,6 +7,7 @@ and magnified by its displacement from the straight one, not by the deformation 
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Collection, Iterable
 
 import numpy as np
@@ -36,6 +37,29 @@ def segmented_bodies(run: Run) -> set[str]:
     """Names of the bodies of a run that are cut into segments."""
     names = body_names(run)
     return {body for name in names if (body := segmented_body_of(name, names)) is not None}
+
+
+def cables(run: Run) -> dict[str, list[str]]:
+    """Cables with mass of a run, each with the names of its point masses in order."""
+    names, found = body_names(run), {}
+    for path in run:
+        if path.startswith("effectors/") and path.endswith("/tension_end"):
+            stem = path.split("/")[1]
+            found[stem] = list(itertools.takewhile(names.__contains__, (f"{stem}_{k}" for k in itertools.count(1))))
+    return {stem: masses for stem, masses in found.items() if len(masses) > 1}
+
+
+def line_of_masses(points: Array, others: Array) -> Array:
+    """Points (n + 2, 3) [m] of a cable whose masses (n, 3) are in the middles of equal parts, with its two ends.
+
+    An end is at the nearest of other bodies (m, 3) within the distance of two masses, else half of it beyond the last.
+    """
+    ends = []
+    for last, before in ((points[0], points[1]), (points[-1], points[-2])):
+        apart = np.linalg.norm(others - last, axis=1)
+        near = len(others) and apart.min() < np.linalg.norm(last - before)
+        ends.append(others[np.argmin(apart)] if near else 1.5 * last - 0.5 * before)
+    return np.concatenate([[ends[0]], points, [ends[1]]])
 
 
 def extended_skin(skin: Skin) -> Skin:
