@@ -11,7 +11,7 @@ import pytest
 from femflex import Orbit, System, fem, rigid_body, run, simulate, system_modes
 from femflex.body import Skin
 from femflex.case import parse_case
-from femflex.effectors import EarthRadiation, HeatBalance, Optical, Sun, Surface
+from femflex.effectors import EarthRadiation, HeatBalance, Optical, Sun, Surface, TemperatureHistory
 from femflex.mesh import rectangle
 from femflex.reduction import BeamFunctions, Damping, UniformBeam, beam_body, cantilever_modes, reduce_structure
 from femflex.system import weld, with_effectors
@@ -131,6 +131,28 @@ def test_infrared_of_the_earth_warms_a_level_plate(infrared, altitude):
     flux = infrared * (RADIUS / (RADIUS + altitude)) ** 2
     assert SIGMA * ((mean + half) ** 4 + (mean - half) ** 4) == pytest.approx(flux, rel=1e-9)
     assert -2 * half * PLATE["conductivity"] / PLATE["thickness"] == pytest.approx(SIGMA * (mean + half) ** 4, rel=1e-9)
+
+
+def test_history_bends_a_plate_as_its_difference_says(tmp_path):
+    """E h^2 cte d / 12 (1 - nu) per width; d rises linearly from 0 to 20 K within 10 s, in any of the file's units."""
+    (tmp_path / "analysis.csv").write_text("time [min],difference [K],middle [K]\n0,0,250\n0.1666666666666667,20,260\n")
+    craft = plate(2)
+    nouns = {
+        "heat": TemperatureHistory(
+            kind="history",
+            body="plate",
+            group="surface",
+            file="analysis.csv",
+            temperature="middle",
+            difference="difference",
+            thickness=0.01,
+            expansion=1e-6,
+        )
+    }
+    run = simulate(with_effectors(replace(craft, effectors=()), nouns, tmp_path), 20.0, output_step=2.5)
+    rise = np.minimum(run.times / 10.0, 1.0)
+    assert run["effectors/heat/temperature"] == pytest.approx(250 + 10 * rise)
+    assert run["effectors/heat/moment_2"] == pytest.approx(70e9 * 0.01**2 / 12 / (1 - 0.3) * 1e-6 * 20 * rise)
 
 
 def test_shaded_patches_absorb_nothing():
