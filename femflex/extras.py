@@ -17,6 +17,7 @@ PACKAGES: Mapping[str, tuple[str, ...]] = {  # extra -> what it brings, by the n
     "sweep": ("distributed",),
     "fmi": ("pythonfmu3",),
     "orbits": ("sgp4",),
+    "bsk": ("Basilisk",),
 }
 
 
