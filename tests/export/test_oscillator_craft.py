@@ -11,14 +11,9 @@ from femflex.export.basilisk import oscillator_craft
 from femflex.studies.linear import linear_model
 
 
-@pytest.fixture(scope="module")
-def system():
-    return femflex.build_system(femflex.read_case("cases/panel_slew.toml"))
-
-
-def test_oscillators_have_mass_inertia_and_frequencies_of_the_craft(system):
+def test_oscillators_have_mass_inertia_and_frequencies_of_the_craft(slewed):
     """The mass matrix of hub and oscillators, from the velocities of each, and the frequencies of the free craft."""
-    craft, model = oscillator_craft(system), linear_model(system, [], [])
+    craft, model = oscillator_craft(slewed), linear_model(slewed, [], [])
     rows, weights = [], []
     n = len(craft.oscillators)
     for k, one in enumerate([None, *craft.oscillators]):
@@ -41,13 +36,13 @@ def test_oscillators_have_mass_inertia_and_frequencies_of_the_craft(system):
     assert max(one.error for one in craft.oscillators) < 1.1e-3 and not craft.left_out
 
 
-def test_slew_in_basilisk_is_that_of_femflex(system, tmp_path):
+def test_slew_in_basilisk_is_that_of_femflex(slewed, tmp_path):
     """The torque of the case for 12 s, in steps of 2.5 ms of its own integrator."""
     pytest.importorskip("Basilisk")
     from Basilisk.simulation import extForceTorque
     from Basilisk.utilities import SimulationBaseClass, macros
 
-    oscillators = oscillator_craft(system)
+    oscillators = oscillator_craft(slewed)
     simulation = SimulationBaseClass.SimBaseClass()
     simulation.CreateNewProcess("process").addTask(simulation.CreateNewTask("task", macros.sec2nano(0.0025)))
     craft, effectors = oscillators.to_basilisk()
