@@ -18,8 +18,6 @@ from femflex.case.case import Case
 from femflex.case.deploying import SHEETS, DeployingFunctionsTable, DeployingTable
 from femflex.deployment import (
     DeployingBody,
-    DeployingLine,
-    DeployingStrip,
     ElementFunctions,
     Reel,
     StringFunctions,
@@ -40,7 +38,6 @@ from femflex.warning import PhysicsWarning
 
 MORE = 8  # additional polynomials of each field, to assess the functions of a member
 MORE_ACROSS = 4  # likewise across the width of a sheet that has functions in this direction
-LINE_KEYS = ("EA", "EIy", "EIz", "GJ", "tension", "ry", "rz", "rotary_inertia", "root", "direction", "orientation")
 
 
 def build_deploying(case: Case, name: str, table: DeployingTable, modes: int | None = None) -> DeployingBody:
@@ -62,12 +59,12 @@ def build_deploying(case: Case, name: str, table: DeployingTable, modes: int | N
     try:
         length = _length_or_reel(case, name, table)
         if table.family in SHEETS:
-            return deploying_strip(_strip(table), _strip_functions(table, modes), length, **options)
-        line, functions = _line(table), _line_functions(case, name, table, modes)
+            return deploying_strip(table, _strip_functions(table, modes), length, **options)
+        functions = _line_functions(case, name, table, modes)
         if table.taper is not None:
             assert isinstance(length, Profile)
-            return deploying_tapered_line(line, table.taper.material(), functions, length, **options)
-        return deploying_line(line, functions, length, **options)
+            return deploying_tapered_line(table, table.taper.material(), functions, length, **options)
+        return deploying_line(table, functions, length, **options)
     except (ValueError, OSError) as error:
         raise CaseError(case.path.name, [Problem(f"bodies.{name}", str(error))]) from error
 
@@ -193,7 +190,7 @@ def _added_shapes(case: Case, name: str, table: DeployingTable, modes: int | Non
     y, z, axial, torsion = (modes if count and modes is not None else count for count in _counts(f))
     beam_functions = BeamFunctions(y, z, axial, torsion, static=f.static, tip=f.tip)
     markers = {"tip", *(key for key, marker in table.markers.items() if marker.fraction == 1.0)}
-    return added_shapes(f.joints or [], f.loads, beam_functions, loads_at(case, name, markers, _line(table).frame))
+    return added_shapes(f.joints or [], f.loads, beam_functions, loads_at(case, name, markers, table.frame))
 
 
 def _counts(f: DeployingFunctionsTable) -> tuple[int, int, int, int]:
@@ -228,18 +225,6 @@ def _same_functions(body: FlexibleBody, member: DeployingBody) -> bool:
     )
 
 
-def _mass_per_length(table: DeployingTable) -> float:
-    if table.mass_per_length is not None:
-        return table.mass_per_length
-    assert table.mass is not None and table.stock is not None
-    return table.mass / table.stock
-
-
-def _line(table: DeployingTable) -> DeployingLine:
-    options = table.model_dump(include={*LINE_KEYS, "radius"})
-    return DeployingLine(mass_per_length=_mass_per_length(table), rod=table.family == "beam", **options)
-
-
 LineFunctions = BeamFunctions | StringFunctions | ElementFunctions
 
 
@@ -258,21 +243,6 @@ def _line_functions(case: Case, name: str, table: DeployingTable, modes: int | N
         return BeamFunctions(y, z, axial, torsion, family=f.family or "characteristic", static=static, tip=tip)
     del counts["torsion"]
     return StringFunctions(**counts, tip=table.tip, family=f.family or "polynomial", straight=f.straight)
-
-
-def _strip(table: DeployingTable) -> DeployingStrip:
-    assert table.width is not None
-    return DeployingStrip(
-        mass_per_area=_mass_per_length(table) / table.width,
-        width=table.width,
-        bending=table.bending_stiffness,
-        poisson=table.poisson,
-        tension=table.tension,
-        tension_across=table.tension_across,
-        root=table.root,
-        direction=table.direction,
-        across=table.orientation,
-    )
 
 
 def _strip_functions(table: DeployingTable, modes: int | None) -> StripFunctions | None:

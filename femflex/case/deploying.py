@@ -8,15 +8,14 @@ from pydantic import Field, StrictBool, model_validator
 
 from femflex.case.body_base import BodyTable
 from femflex.case.shape import MarkerTable
-from femflex.deployment.body import Reel
+from femflex.deployment import DeployingLine, DeployingStrip, Reel
 from femflex.deployment.tapered import Taper
 from femflex.noun.table import Name, Orientation, Table, exactly_one, refuse
-from femflex.noun.values import MOST_FUNCTIONS, Count, Direction, Mass, Position, PositiveLength, Quantity
+from femflex.noun.values import MOST_FUNCTIONS, Count, Mass, PositiveLength, Quantity
 from femflex.reduction.modes.damping import Ratio
 from femflex.system.motion import Motion, MotionOf
 
 LINES, SHEETS = ("beam", "tether"), ("plate", "membrane")
-Stiffness = Annotated[float, Quantity("N m^2", least=0.0)]
 
 
 class DeployingMarkerTable(MarkerTable):
@@ -68,7 +67,7 @@ class DeployingFunctionsTable(Table):
     for tethers and membranes whose tip is free."""
 
 
-class DeployingTable(BodyTable):
+class DeployingTable(DeployingLine, DeployingStrip, BodyTable):
     """A straight uniform member that grows out of its parent along a given length, with markers root and tip."""
 
     kind: Literal["deploying"]
@@ -90,47 +89,13 @@ class DeployingTable(BodyTable):
     left behind)."""
     drum_radius: PositiveLength | None = None
     """Radius on which the member is wound, for the torque of the drum. Default: no torque is reported."""
-    mass_per_length: Annotated[float, Quantity("kg/m", above=0.0)] | None = None
-    """Mass per length. Give this or `mass`."""
     mass: Mass | None = None
     """Mass of the whole stock, in place of mass_per_length."""
-    EA: Annotated[float, Quantity("N", least=0.0)] = 0.0
-    """Axial stiffness; needed with axial functions."""
-    EIy: Stiffness = 0.0
-    """Bending stiffness in the x-z plane."""
-    EIz: Stiffness = 0.0
-    """Bending stiffness in the x-y plane."""
-    GJ: Stiffness = 0.0
-    """Torsional stiffness; needed with torsion functions."""
-    tension: Annotated[float, Quantity("N", least=0.0)] = 0.0
-    """Axial force at the tip that supports outside the member hold up, such as booms on both sides of a blanket."""
     tip: Literal["free", "held"] = "free"
     """Support of the tip of a tether or membrane: free, or held on the member's line."""
-    ry: Annotated[float, Quantity("m", least=0.0)] = 0.0
-    """Radius of gyration of the section's mass about y: root of int z^2 dm over the mass."""
-    rz: Annotated[float, Quantity("m", least=0.0)] = 0.0
-    """Radius of gyration of the section's mass about z: root of int y^2 dm over the mass."""
-    rotary_inertia: StrictBool = False
-    """Rotary inertia of the sections in bending."""
     taper: Taper | None = None
     """Section and density that vary along the material. Only for beams and tethers with a given length. Default:
     uniform."""
-    width: PositiveLength | None = None
-    """Width of a plate or membrane."""
-    bending_stiffness: Annotated[float, Quantity("N m", least=0.0)] = 0.0
-    """Bending stiffness of a plate, E h^3 / (12 (1 - nu^2))."""
-    poisson: Annotated[float, Quantity(least=-1.0, below=0.5)] = 0.0
-    """Poisson's ratio of a plate."""
-    tension_across: Annotated[float, Quantity("N/m", least=0.0)] = 0.0
-    """Tension of a membrane across its width, per length."""
-    root: Position = (0.0, 0.0, 0.0)
-    """Position of the exit in the body frame."""
-    direction: Direction = (1.0, 0.0, 0.0)
-    """Direction of the member from the exit to the tip, in the body frame."""
-    orientation: Direction | None = None
-    """Direction near the section's y axis; of plates and membranes across the width. Default: chosen automatically."""
-    radius: PositiveLength | None = None
-    """Radius of the tube that is drawn. Default: a line."""
     functions: DeployingFunctionsTable | None = None
     """Number and kind of admissible functions. Default: the member stays straight."""
     strain: Literal["condensed", "linear"] = "condensed"
@@ -168,6 +133,8 @@ class DeployingTable(BodyTable):
                 "found mass without stock; mass is that of the whole member, so give stock, its total length, stowed "
                 "and deployed"
             )
+        if self.mass is not None and self.stock is not None:
+            vars(self)["mass_per_length"] = self.mass / self.stock
         is_sheet = self.family in SHEETS
         if is_sheet and self.width is None:
             refuse(f"found a {self.family} without width; give width")

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal, Protocol
+from typing import Annotated, Literal, Protocol, Self
 
 import numpy as np
-from numpy.typing import ArrayLike
+from pydantic import StrictBool, model_validator
 
 from femflex.arrays import Array
 from femflex.deployment.series import Series
 from femflex.deployment.shapes import Drawing, MemberShapes, ShapeFunctions, quadrilateral_grid, without_rounding
 from femflex.fem.line.chain import section_points, straight_frame
+from femflex.noun.table import Table, exactly_one
+from femflex.noun.values import Direction, Position, PositiveLength, Quantity
 from femflex.reduction.beams.beam_functions import axial_characteristic, polynomials
 from femflex.reduction.beams.beam_strain import pairs, weighted_square
 from femflex.reduction.strain.tensors import packed_quartic
@@ -82,48 +84,54 @@ class StringFunctions:
         return axial_characteristic(ends, n)(xi, derivative)
 
 
-@dataclass(frozen=True, eq=False)
-class DeployingLine:
-    """A straight beam or tether of one section, stored on a drum.
+Stiffness = Annotated[float, Quantity("N m^2", least=0.0)]
+Gyration = Annotated[float, Quantity("m", least=0.0)]
 
-    mass_per_length        [kg/m]
-    EA, EIy, EIz, GJ       axial [N], bending in x-z and in x-y, torsional stiffness [N m^2]; zero where it has none
-    tension                axial force at the tip that supports react [N], as of a blanket between its booms
-    ry, rz                 radii of gyration of the section's mass [m]; rotary_inertia False: in torsion alone
-    root, direction        the exit [m] and where the member points, body frame
-    orientation            vector near the section's y axis; default as for beam members
-    radius                 of the tube that is drawn [m]; None draws a line
-    rod                    whether it carries compression though EIy and EIz are zero: a straight boom, no tether
-    """
 
-    mass_per_length: float
-    EA: float = 0.0
-    EIy: float = 0.0
-    EIz: float = 0.0
-    GJ: float = 0.0
-    tension: float = 0.0
-    ry: float = 0.0
-    rz: float = 0.0
-    rotary_inertia: bool = False
-    root: ArrayLike = (0.0, 0.0, 0.0)
-    direction: ArrayLike = (1.0, 0.0, 0.0)
-    orientation: ArrayLike | None = None
-    radius: float | None = None
-    rod: bool = False
+class DeployingMember(Table):
+    """A straight uniform member stored on a drum, from which it comes out along its axis."""
 
-    def __post_init__(self) -> None:
-        if not (np.isfinite(self.mass_per_length) and self.mass_per_length > 0):
-            raise ValueError(
-                f"mass_per_length of a deploying member is {self.mass_per_length:g} kg/m; it must be positive"
-            )
-        for name in ("EA", "EIy", "EIz", "GJ", "tension", "ry", "rz"):
-            if not (np.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
-                raise ValueError(f"{name} of a deploying member is {getattr(self, name)}; it must be zero or positive")
+    mass_per_length: Annotated[float, Quantity("kg/m", above=0.0)] = None  # type: ignore[assignment]
+    """Mass per length. Give this or `mass`."""
+    tension: Annotated[float, Quantity("N", least=0.0)] = 0.0
+    """Axial force at the tip that supports outside the member hold up, such as booms on both sides of a blanket."""
+    root: Position = (0.0, 0.0, 0.0)
+    """Position of the exit in the body frame."""
+    direction: Direction = (1.0, 0.0, 0.0)
+    """Direction of the member from the exit to the tip, in the body frame."""
+    orientation: Direction | None = None
+    """Direction near the section's y axis; of plates and membranes across the width. Default: chosen automatically."""
+
+    @model_validator(mode="after")
+    def _keys_fit(self) -> Self:
+        exactly_one(self, ("mass_per_length",))
+        return self
 
     @property
     def frame(self) -> Array:
         """Member axes in the body frame, rows x, y, z (3, 3)."""
         return straight_frame(self.root, self.direction, self.orientation)
+
+
+class DeployingLine(DeployingMember):
+    """A straight beam or tether of one section."""
+
+    EA: Annotated[float, Quantity("N", least=0.0)] = 0.0
+    """Axial stiffness; needed with axial functions."""
+    EIy: Stiffness = 0.0
+    """Bending stiffness in the x-z plane."""
+    EIz: Stiffness = 0.0
+    """Bending stiffness in the x-y plane."""
+    GJ: Stiffness = 0.0
+    """Torsional stiffness; needed with torsion functions."""
+    ry: Gyration = 0.0
+    """Radius of gyration of the section's mass about y: root of int z^2 dm over the mass."""
+    rz: Gyration = 0.0
+    """Radius of gyration of the section's mass about z: root of int y^2 dm over the mass."""
+    rotary_inertia: StrictBool = False
+    """Rotary inertia of the sections in bending."""
+    radius: PositiveLength | None = None
+    """Radius of the tube that is drawn. Default: a line."""
 
     @property
     def sections(self) -> tuple[Array, Array]:

@@ -3,70 +3,49 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Annotated, Self
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
+from pydantic import model_validator
 
 from femflex.arrays import Array
-from femflex.deployment.line import DeployingLine, LineFunctions
+from femflex.deployment.line import DeployingMember, LineFunctions
 from femflex.deployment.series import Series, added
 from femflex.deployment.shapes import Drawing, MemberShapes, quadrilateral_grid, without_rounding
+from femflex.noun.table import exactly_one, refuse
+from femflex.noun.values import PositiveLength, Quantity
 from femflex.reduction.beams.beam_strain import pairs, weighted_square
 from femflex.reduction.strain.tensors import packed_quartic
 
 
-@dataclass(frozen=True, eq=False)
-class DeployingStrip:
-    """A rectangular plate or membrane of one thickness that rolls out of a drum along its length.
+class DeployingStrip(DeployingMember):
+    """A rectangular plate or membrane of one thickness that rolls out along its length."""
 
-    mass_per_area       [kg/m^2]
-    width               [m]
-    bending             E h^3 / (12 (1 - nu^2)) [N m]; zero for a membrane
-    poisson             of a plate
-    tension             axial force at the tip that supports react, over the whole width [N]
-    tension_across      per length [N/m]
-    root, direction     middle of the exit [m] and where the strip points, body frame
-    across              direction near that across the width; default as for beams
-    """
+    width: PositiveLength = None  # type: ignore[assignment]
+    """Width of a plate or membrane."""
+    bending_stiffness: Annotated[float, Quantity("N m", least=0.0)] = 0.0
+    """Bending stiffness of a plate, E h^3 / (12 (1 - nu^2))."""
+    poisson: Annotated[float, Quantity(least=-1.0, below=0.5)] = 0.0
+    """Poisson's ratio of a plate."""
+    tension_across: Annotated[float, Quantity("N/m", least=0.0)] = 0.0
+    """Tension of a membrane across its width, per length."""
 
-    mass_per_area: float
-    width: float
-    bending: float = 0.0
-    poisson: float = 0.0
-    tension: float = 0.0
-    tension_across: float = 0.0
-    root: ArrayLike = (0.0, 0.0, 0.0)
-    direction: ArrayLike = (1.0, 0.0, 0.0)
-    across: ArrayLike | None = None
-
-    def __post_init__(self) -> None:
-        for name in ("mass_per_area", "width"):
-            if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
-                raise ValueError(f"{name} of a deploying strip is {getattr(self, name)}; it must be positive")
-        for name in ("bending", "tension", "tension_across"):
-            if not (np.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
-                raise ValueError(f"{name} of a deploying strip is {getattr(self, name)}; it must be zero or positive")
-        if not (self.bending or self.tension):
-            raise ValueError("a deploying membrane has no tension, so it has no stiffness; give tension")
-
-    @property
-    def line(self) -> DeployingLine:
-        """The line along its middle, of all its mass."""
-        return DeployingLine(
-            mass_per_length=self.mass_per_area * self.width,
-            tension=self.tension,
-            root=self.root,
-            direction=self.direction,
-            orientation=self.across,
-        )
+    @model_validator(mode="after")
+    def _keys_fit(self) -> Self:
+        for key in ("mass_per_length", "width"):
+            exactly_one(self, (key,))
+        if not (self.bending_stiffness or self.tension):
+            refuse("found a membrane without tension; it has no stiffness then: give tension")
+        return self
 
 
 @dataclass(frozen=True, eq=False)
 class StripFunctions:
     """Products X_i(x / L) Y_j(y / b) for the deflection out of the plane, Y_j Legendre polynomials.
 
-    along   functions along, of the deflection w: `BeamFunctions(z=n)` of a plate, `StringFunctions(z=n)` of a membrane
+    along   functions along: `BeamFunctions(z=n)` of a plate, `StringFunctions(z=n)` of a membrane
     across  number of functions across the width
     """
 
@@ -116,14 +95,14 @@ class StripShapes(MemberShapes):
     strip: DeployingStrip = field(kw_only=True)
 
     @property
-    def axes(self) -> DeployingLine:
+    def axes(self) -> DeployingMember:
         """The line along its middle."""
-        return self.strip.line
+        return self.strip
 
     @property
     def member_mass(self) -> float:
         """Mass of the reference length [kg]."""
-        return self.strip.mass_per_area * self.strip.width * self.reference
+        return self.strip.mass_per_length * self.reference
 
     @property
     def section(self) -> tuple[Array, Array]:
@@ -178,13 +157,13 @@ class StripShapes(MemberShapes):
             return np.asarray(L * b * ((f.T * w) @ g + (g.T * w) @ f) / 2)
 
         flat, xx, yy, xy = field_of(0, 0), field_of(2, 0), field_of(0, 2), field_of(1, 1)
-        x, y, D, nu = field_of(1, 0), field_of(0, 1), s.bending, s.poisson
+        x, y, D, nu = field_of(1, 0), field_of(0, 1), s.bending_stiffness, s.poisson
         V1 = {
             -3: D * integral(xx, xx),
             -1: D * (2 * nu * integral(xx, yy) + 2 * (1 - nu) * integral(xy, xy)) + s.tension / b * integral(x, x),
             1: D * integral(yy, yy) + s.tension_across * integral(y, y),
         }
-        return s.mass_per_area * integral(flat, flat), V1
+        return s.mass_per_length / b * integral(flat, flat), V1
 
     def quartic(self, xi: Array, weight: Array) -> Series:
         """Packed V3 (k,) [SI] of the curvature of large bends over the columns, as a series in lambda.
@@ -207,7 +186,7 @@ class StripShapes(MemberShapes):
             mixed = weighted_square(xx + yy, dA) - weighted_square(xx, dA) - weighted_square(yy, dA)
             twist = 2 * (1 - s.poisson) * weighted_square(xy, dA)
             squares = {-4: weighted_square(xx, dA), -2: s.poisson * mixed + twist, 0: weighted_square(yy, dA)}
-            parts += [{p + 1 - 2 * along: s.bending * packed_quartic(part, n)} for p, part in squares.items()]
+            parts += [{p + 1 - 2 * along: s.bending_stiffness * packed_quartic(part, n)} for p, part in squares.items()]
         return added(*parts)
 
     def displacements(self, xi: Array, offsets: Array, derivative: int) -> Series:

@@ -73,7 +73,7 @@ def forms(length, tips, until):
     functions = BeamFunctions(y=3, z=3 * (len(tips) > 1))
     yield deploying_line(UNIT, functions, length, until=until)[:2]
     if len(tips) == 1:
-        strip = DeployingStrip(mass_per_area=4.0, width=0.25, bending=4.0)
+        strip = DeployingStrip(mass_per_length=1.0, width=0.25, bending_stiffness=4.0)
         yield deploying_strip(strip, StripFunctions(BeamFunctions(z=3)), length, until=until)[:2]
     if not length.moves:
         yield beam_body(UniformBeam(1.0, 1e6, 1.0, 1.0, 1.0, 1.0), functions, strain="condensed"), None

@@ -66,7 +66,7 @@ def string_error(count, family, amplitude):
     The membrane is held at its tip; one function across the width is a string.
     """
     m, T, width = 0.4, 5.0, 0.8
-    strip = DeployingStrip(mass_per_area=m / width, width=width, tension=T)
+    strip = DeployingStrip(mass_per_length=m, width=width, tension=T)
     functions = StripFunctions(StringFunctions(z=count, tip="held", family=family))
     made = deploying_strip(strip, functions, RAMP, until=5.0)
     shape = lambda xi: amplitude * np.sin(np.pi * xi)  # noqa: E731
@@ -97,7 +97,7 @@ def test_membrane_converges_to_travelling_string():
 
 def test_plate_without_poisson_ratio_matches_beam():
     b, D, m = 0.5, 2.0, 1.0
-    plate = DeployingStrip(mass_per_area=m / b, width=b, bending=D / b)
+    plate = DeployingStrip(mass_per_length=m, width=b, bending_stiffness=D / b)
     made = deploying_strip(plate, StripFunctions(BeamFunctions(z=3)), RAMP, until=5.0)
     line = DeployingLine(mass_per_length=m, EIy=D, EIz=D)
     beam = deploying_line(line, BeamFunctions(z=3), RAMP, until=5.0)
@@ -110,7 +110,7 @@ def test_plate_without_poisson_ratio_matches_beam():
 def test_plates_twist_too_and_their_frequency_falls_as_the_length_grows():
     """First twist of a long strip with nu = 0.3: (pi / 2 L) sqrt(GJ / J_p) with GJ = 2 (1 - nu) D b, slightly above."""
     b, D, mass, nu, L = 0.2, 1.5, 3.0, 0.3, 4.0
-    plate = DeployingStrip(mass_per_area=mass, width=b, bending=D, poisson=nu)
+    plate = DeployingStrip(mass_per_length=mass * b, width=b, bending_stiffness=D, poisson=nu)
     made = deploying_strip(plate, StripFunctions(BeamFunctions(z=6), 3), Profile.constant(L))
     twist = np.sqrt(2 * (1 - nu) * D * b / (mass * b**3 / 12)) * np.pi / (2 * L)
     omega = made.body.omega[: made.shapes.n]
@@ -158,7 +158,7 @@ def test_elements_of_all_fields_and_of_strings_have_the_closed_frequencies():
 
 
 def test_strip_of_elements_has_frequency_of_beam():
-    strip = DeployingStrip(mass_per_area=2.0, width=0.5, bending=2.0)
+    strip = DeployingStrip(mass_per_length=1.0, width=0.5, bending_stiffness=2.0)
     functions = StripFunctions(ElementFunctions(z=2), 1)
     made = deploying_strip(strip, functions, Profile.constant(1.0))
     assert made.body.n_modes == 2

@@ -113,7 +113,7 @@ def test_motor_deploys_boom_in_loop():
 def test_spinning_craft_deploys_blade():
     """Spin falls as J grows, J omega = H; the flap of a membrane from the axis has the spin's own frequency."""
     hub = np.diag([200.0, 200.0, 300.0])
-    strip = DeployingStrip(mass_per_area=0.05, width=0.4, tension=1e-4, across=(0, 1, 0))
+    strip = DeployingStrip(mass_per_length=0.02, width=0.4, tension=1e-4, orientation=(0, 1, 0))
     length = Profile.smooth_step(0.0, 60.0, 1.0, 10.0)
     functions = StripFunctions(StringFunctions(z=1), 1)
     made = deploying_strip(strip, functions, length, until=200.0, stock=10.0)

@@ -236,8 +236,8 @@ def test_table_of_tapered_line_matches_material_integrals(drum, functions):
 
 @pytest.mark.parametrize("drum", ["root", "tip"])
 def test_table_of_strip_matches_material_integrals(drum):
-    strip = DeployingStrip(mass_per_area=2.0, width=0.5, bending=3.0, poisson=0.3, tension=4.0, tension_across=0.9,
-                           root=ROOT, direction=WAY, across=NEAR)  # fmt: skip
+    strip = DeployingStrip(mass_per_length=1.0, width=0.5, bending_stiffness=3.0, poisson=0.3, tension=4.0,
+                           tension_across=0.9, root=ROOT, direction=WAY, orientation=NEAR)  # fmt: skip
     along = BeamFunctions(z=2)
     made = deploying_strip(strip, StripFunctions(along, 3), LENGTH, stock=2.6, until=3.0, markers=MARKERS, drum=drum)
     eta, weight = np.polynomial.legendre.leggauss(9)

@@ -120,7 +120,7 @@ def test_deploying_members_on_flexible_parent_match_kane(seed, drum):
         )  # fmt: skip
         length = Profile.polynomial(1.0 + k, *rng.uniform(-0.5, 0.5, 2))
         functions = BeamFunctions(y=2, z=1, torsion=1, axial=k, family="polynomial")
-        line = replace(line, EA=2.0)
+        line = line.model_copy(update={"EA": 2.0})
         made = deploying_line(line, functions, length, until=1.0, stock=4.0, drum=drum)
         total = line.mass_per_length * 4.0
         bodies[name], varying[name] = made.body, made.variation
