@@ -16,8 +16,9 @@ from femflex.dynamics.forces.gravity import reference_motion
 from femflex.dynamics.layout.records import W_CIN, W_OMEGA, body_of, header_of
 from femflex.kernels.compiled import inner
 from femflex.kernels.entries import entry
+from femflex.kernels.formula import formula
 from femflex.kernels.lanes import offset
-from femflex.kernels.vectors import ZERO, Vector, add, cross, load3, load9, scale, turn
+from femflex.kernels.vectors import ZERO, Vector, add, cross, dot, load3, load9, scale, turn
 
 
 @inner
@@ -36,26 +37,11 @@ def turned_mass(b: Record, matrix: Array, work: Array, out: int) -> None:
             work[column], work[column + 6], work[column + 12] = x, y, z
 
 
-@inner
+@formula
 def times(work: Array, M: int, a: Vector, alpha: Vector) -> tuple[Vector, Vector]:
     """M (a, alpha) of the mass (6, 6) at work[M]: force and couple."""
-    upper = (
-        work[M] * a[0] + work[M + 1] * a[1] + work[M + 2] * a[2]
-        + work[M + 3] * alpha[0] + work[M + 4] * alpha[1] + work[M + 5] * alpha[2],
-        work[M + 6] * a[0] + work[M + 7] * a[1] + work[M + 8] * a[2]
-        + work[M + 9] * alpha[0] + work[M + 10] * alpha[1] + work[M + 11] * alpha[2],
-        work[M + 12] * a[0] + work[M + 13] * a[1] + work[M + 14] * a[2]
-        + work[M + 15] * alpha[0] + work[M + 16] * alpha[1] + work[M + 17] * alpha[2],
-    )  # fmt: skip
-    lower = (
-        work[M + 18] * a[0] + work[M + 19] * a[1] + work[M + 20] * a[2]
-        + work[M + 21] * alpha[0] + work[M + 22] * alpha[1] + work[M + 23] * alpha[2],
-        work[M + 24] * a[0] + work[M + 25] * a[1] + work[M + 26] * a[2]
-        + work[M + 27] * alpha[0] + work[M + 28] * alpha[1] + work[M + 29] * alpha[2],
-        work[M + 30] * a[0] + work[M + 31] * a[1] + work[M + 32] * a[2]
-        + work[M + 33] * alpha[0] + work[M + 34] * alpha[1] + work[M + 35] * alpha[2],
-    )  # fmt: skip
-    return upper, lower
+    rows = [dot(load3(work, M + 6 * i), a) + dot(load3(work, M + 6 * i + 3), alpha) for i in range(6)]
+    return (rows[0], rows[1], rows[2]), (rows[3], rows[4], rows[5])
 
 
 @inner

@@ -12,7 +12,6 @@ from femflex.dynamics.joints.places import FORCES, body_places, prescribed_place
 from femflex.dynamics.layout.records import body_records
 from femflex.dynamics.ledger.equation_terms import EQUATION_TERMS
 from femflex.dynamics.ledger.ledger import ledger
-from femflex.dynamics.ledger.rows import LINEAR, MOVING
 from femflex.system import System
 
 if TYPE_CHECKING:
@@ -106,16 +105,6 @@ def _ledger(model: Model, times: Array, states: Array, rates: Array) -> Array:
     out = np.empty((len(times), n_rows * model.n_u))
     ledger(times, states, rates, out, model.table, model.pool, model.work)
     return out.reshape(len(times), n_rows, model.n_u)
-
-
-def linear_terms(model: Model, t: float, x: Array) -> tuple[Array, Array]:
-    """M_t (symmetric) and G (skew), both (n_u, n_u), of the part of h linear in u, (M_t + G) u, at x (n_x,)."""
-    n = model.n_u
-    q, _, z = model.parts(np.asarray(x, float))
-    states = np.hstack([np.tile(q, (n, 1)), np.eye(n), np.tile(z, (n, 1))])
-    rows = _ledger(model, np.full(n, float(t)), states, np.zeros((n, n)))
-    L = (rows[:, LINEAR] + rows[:, MOVING]).T
-    return (L + L.T) / 2, (L - L.T) / 2
 
 
 def ledger_rows(system: System) -> list[str]:

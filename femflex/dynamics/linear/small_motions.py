@@ -78,20 +78,9 @@ class SmallMotions:
         return np.asarray(self.eigenvalues.imag) / (2 * np.pi)
 
     @property
-    def damping_ratios(self) -> Array:
-        """(n,) -Re / |eigenvalue|: below 0 grows, 1 and -1 do not oscillate."""
-        size = np.abs(self.eigenvalues)
-        return np.asarray(-self.eigenvalues.real / np.where(size > 0, size, 1.0))
-
-    @property
     def growing(self) -> BoolArray:
         """(n,) which motions grow."""
         return np.asarray(self.eigenvalues.real > self.thresholds)
-
-    @property
-    def growth(self) -> float:
-        """Largest real part [1/s] of all motions but the known ones; 0 where none is above 0."""
-        return float(self.spectrum.real.max(initial=0.0))
 
 
 def growth_threshold(eigenvalues: ComplexArray, rate: float) -> Array:
