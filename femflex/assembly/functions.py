@@ -20,8 +20,7 @@ from femflex.assembly.acting_loads import LEFT_OVER, load_directions, spins_stea
 from femflex.case.body import AnalyticTable
 from femflex.case.case import Case
 from femflex.reduction.beams.beam_functions import gauss, points_for
-from femflex.reduction.beams.uniform_beam import BeamFunctions
-from femflex.reduction.nouns import FunctionsTable
+from femflex.reduction.beams.uniform_beam import BeamFunctions, FunctionsTable
 
 TipLoad = tuple[int, bool]  # axis of a beam, and whether about it
 

@@ -39,7 +39,7 @@ from femflex.reduction import (
 from femflex.reduction.induced_strain import loads_of_induced_strain
 from femflex.reduction.methods import clamp_of
 from femflex.reduction.preload.equilibrium import static_equilibrium
-from femflex.reduction.preload.loads import Preload
+from femflex.reduction.preload.loads import NO_RATE, Preload
 from femflex.warning import PhysicsWarning
 
 PLACE = "marker {}"  # point group of a marker given by its position
@@ -133,13 +133,12 @@ def preload_of(case: Case, name: str, table: FlexibleTable) -> Preload | None:
 
     Raises CaseError where the preload refers to an orbit and the case has none.
     """
-    p = table.preload
-    if p is None:
+    if table.preload is None:
         return None
-    try:
-        return p.preload(None if case.orbit.kind == "none" else case.orbit.mean_motion)
-    except ValueError as error:
-        raise CaseError(case.path.name, [Problem(f"bodies.{name}.preload.orbit", str(error))]) from None
+    preload = table.preload.with_mean_motion(None if case.orbit.kind == "none" else case.orbit.mean_motion)
+    if preload.orbit is not None and preload.orbit.rate is None:
+        raise CaseError(case.path.name, [Problem(f"bodies.{name}.preload.orbit", NO_RATE)])
+    return preload
 
 
 def build_modes(

@@ -18,10 +18,10 @@ from femflex.fem.point_mass import PointMass
 from femflex.noun.inertia import InertiaMatrix
 from femflex.noun.table import Name, Table, exactly_one, refuse
 from femflex.noun.values import Count, Mass, Position, Quantity, Whole
-from femflex.reduction.beams.uniform_beam import UniformBeam
+from femflex.reduction.beams.uniform_beam import FunctionsTable, UniformBeam
 from femflex.reduction.methods import Reduction
 from femflex.reduction.modes.damping import Damping
-from femflex.reduction.nouns import FunctionsTable, PreloadTable
+from femflex.reduction.preload.loads import Preload
 
 Strain = Literal["linear", "nonlinear", "condensed"]
 Connection = Annotated[Rigid | Distributing | Equation, Field(discriminator="kind")]
@@ -153,7 +153,7 @@ class FlexibleTable(BodyTable):
     """Groups of the mesh by place or number. The groups all, all_lines, all_surfaces and all_solids exist without."""
     bushings: list[Bushing] = Field(default_factory=list)
     """Springs and bushings between nodes of the mesh."""
-    preload: PreloadTable | None = None
+    preload: Preload | None = None
     """Steady loads under which the body finds its static equilibrium before it is reduced: its shape and tension there
     are those of the body at rest, and the same loads must act in the run. Default: none."""
     reduction: Reduction | None = None

@@ -25,7 +25,7 @@ from femflex.reduction.modes.nodal import lumped, nodal, nodal_translations
 from femflex.reduction.modes.residuals import with_attachment
 from femflex.reduction.modes.vibration import ModeSet, cantilever_modes, free_free_modes, load_vectors, rigid_set
 from femflex.reduction.preload.equilibrium import static_equilibrium
-from femflex.reduction.preload.loads import Preload
+from femflex.reduction.preload.loads import OrbitField, Preload
 from femflex.reduction.reduce import reduce_structure
 from femflex.reduction.segments import chord_modes, reduce_segments
 from femflex.reduction.store import load_body, save_body
@@ -38,6 +38,7 @@ __all__ = [
     "Damping",
     "EffectiveMass",
     "ModeSet",
+    "OrbitField",
     "Preload",
     "Stretching",
     "Taper",

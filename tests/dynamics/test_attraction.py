@@ -17,7 +17,7 @@ from femflex.fem import Member, PointMass, build_structure
 from femflex.fem.sections import CableSection
 from femflex.integrate import Dop853
 from femflex.mesh import line
-from femflex.reduction import Preload, cantilever_modes, reduce_structure, static_equilibrium
+from femflex.reduction import OrbitField, Preload, cantilever_modes, reduce_structure, static_equilibrium
 from femflex.rotations import quaternion_from_dcm
 from femflex.system import EARTH_J2, EARTH_RADIUS, MU_EARTH, Environment, Frame, Orbit, System, free, spherical, weld
 
@@ -287,7 +287,7 @@ def tether():
     """The tether with its end mass up along y, about the equilibrium under the gradient of gravity."""
     mesh = line([[0, 0, 0], [0, LENGTH, 0]], 16)
     structure = build_structure(mesh, [Member("line", "tether", CableSection(EA, LINE))], [PointMass("end", END)])
-    load = Preload.orbit(ORBIT_OF_LONG_TETHER.mean_motion, [0, 1, 0], [1, 0, 0], origin=(0, CENTRE, 0))
+    load = Preload(orbit=OrbitField("y", "x", ORBIT_OF_LONG_TETHER.mean_motion), origin=(0, CENTRE, 0))
     found = static_equilibrium(structure, PIN, load)
     modes = cantilever_modes(found, {**PIN, "line": ("x", "z")}, 12)  # it only stretches: it stays vertical
     return reduce_structure(found, modes, {"end": "end"}, turning=())

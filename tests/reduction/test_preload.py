@@ -15,7 +15,7 @@ from femflex.fem.sections import CableSection, Circle
 from femflex.mesh import Mesh, line
 from femflex.reduction import cantilever_modes, reduce_structure, with_derivatives
 from femflex.reduction.preload.equilibrium import static_equilibrium
-from femflex.reduction.preload.loads import Preload, loads_of_preload
+from femflex.reduction.preload.loads import OrbitField, Preload, loads_of_preload
 from femflex.system import Frame, System, weld
 
 CORD = CableSection(1e9, 0.3)  # 1e9 N: stretched by parts in 1e8
@@ -37,7 +37,7 @@ def tension(structure):
 
 
 def test_a_hanging_chain_has_the_frequencies_of_bessel_functions():
-    chain = static_equilibrium(cord([0, 0, -3.0], 10), PIN, Preload.weight([0, 0, -G]))
+    chain = static_equilibrium(cord([0, 0, -3.0], 10), PIN, Preload([0, 0, -G]))
     found = cantilever_modes(chain, PIN, 8).omega
     assert found == pytest.approx(np.repeat(jn_zeros(0, 4), 2) / 2 * np.sqrt(G / 3), rel=1e-6)
     x, T = tension(chain)
@@ -46,7 +46,7 @@ def test_a_hanging_chain_has_the_frequencies_of_bessel_functions():
 
 def spun(strain, rate=2.0, found_at=2.0):
     """Frequencies of a spun cable over its spin, lag and flap together."""
-    cable = static_equilibrium(cord([3.0, 0, 0], 8, CableSection(1e8, 0.3)), PIN, Preload.spin([0, 0, found_at]))
+    cable = static_equilibrium(cord([3.0, 0, 0], 8, CableSection(1e8, 0.3)), PIN, Preload(spin=[0, 0, found_at]))
     modes = cantilever_modes(cable, PIN, 6)
     modes = modes if strain == "linear" else with_derivatives(cable, modes, 8)
     body = reduce_structure(cable, modes, strain=strain, turning=())
@@ -87,7 +87,7 @@ def test_a_slack_cable_finds_its_catenary():
     half, arc, EA, q = 4.0, 5.0, 1e6, 2.0 * G
     mesh = line([[-half, 0, 0], [0, 0, -np.sqrt(arc**2 - half**2)], [half, 0, 0]], 24)
     structure = build_structure(mesh, [Member("line", "tether", CableSection(EA, 2.0))])
-    found = static_equilibrium(structure, PINS, Preload.weight([0, 0, -G]))
+    found = static_equilibrium(structure, PINS, Preload([0, 0, -G]))
 
     def x_at(s, H):  # Irvine, Cable Structures (1981): elastic catenary, from the lowest point
         return H / q * np.arcsinh(q * s / H) + H * s / EA
@@ -109,7 +109,7 @@ def vertical(length, tip, mass=0.005):
     """A tether up from the orbit point, in its equilibrium, and its loads."""
     masses = [PointMass("end", tip)] if tip else []
     tether = cord([0, length, 0], 12, CableSection(1e9, mass), masses)
-    load = Preload.orbit(N, [0, 1, 0], [1, 0, 0])
+    load = Preload(orbit=OrbitField("y", "x", N))
     found = static_equilibrium(tether, PIN, load)
     return found, loads_of_preload(found, load).S
 

@@ -13,7 +13,7 @@ from pydantic import SkipValidation, StrictBool, model_validator
 from femflex.arrays import Array, BoolArray
 from femflex.fem.line.chain import straight_frame
 from femflex.noun.table import Table, exactly_one
-from femflex.noun.values import Direction, Mass, Position, PositiveLength, Quantity
+from femflex.noun.values import MOST_FUNCTIONS, Count, Direction, Mass, Position, PositiveLength, Quantity
 from femflex.reduction.beams.beam_functions import (
     STATIC_AXIAL,
     STATIC_BENDING,
@@ -218,6 +218,39 @@ class BeamFunctions:
         counts = (self.y, self.z, 0, self.torsion)
         only = [n <= n_static for n, n_static in zip(counts, self._static_counts(), strict=True)]
         return self.added & np.repeat([*only[:2], False, only[3]], (self.y, self.z, self.axial, self.torsion))
+
+
+class FunctionsTable(Table):
+    """Admissible functions of a beam: how many for each field, and which."""
+
+    y: Annotated[int, Count(0, MOST_FUNCTIONS)] = 0
+    """Number of functions for bending along the section's y axis."""
+    z: Annotated[int, Count(0, MOST_FUNCTIONS)] = 0
+    """Number of functions for bending along the section's z axis."""
+    axial: Annotated[int, Count(0, MOST_FUNCTIONS)] = 0
+    """Number of functions for axial displacement."""
+    torsion: Annotated[int, Count(0, MOST_FUNCTIONS)] = 0
+    """Number of functions for the twist angle."""
+    family: Literal["characteristic", "polynomial"] = "characteristic"
+    """Functions: "characteristic", the vibration modes of a uniform beam; "polynomial", polynomials of the same
+    supports."""
+    ends: str = "clamped-free"
+    """Supports of root and tip in the body frame, such as "clamped-free"; each is free, pinned or clamped."""
+    static: StrictBool = False
+    """The last functions are the static shapes of an accelerated root."""
+    spin: StrictBool | None = None
+    """Static shapes of a spin in addition to the functions: two more along y and along z, one of axial
+    displacement and one of torsion, where strain is not linear. Only for clamped-free characteristic functions. Left
+    out: true where the case spins steadily, unless `static` is given."""
+    joints: list[Literal["root", "tip"]] | None = None
+    """Static shapes of an accelerated root and of a tip force and moment in addition to the functions: two more along y
+    and z for each, one of axial displacement and one of torsion. Only for clamped-free characteristic functions. Left
+    out: those that change by 0.05 % one of the craft's first three elastic frequencies, one below `band`, or one that
+    the run excites, unless `static` is given."""
+    loads: StrictBool | None = None
+    """Static shapes of a force and a moment at the tip in addition to the functions, as those of `joints`: for loads at
+    the tip. Only for clamped-free characteristic functions. Left out: where the functions answer such a load by less
+    than 99 % of its static work, as one function answers a force (97 %), and many a moment or a torque."""
 
 
 @lru_cache(maxsize=256)

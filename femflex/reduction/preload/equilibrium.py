@@ -43,7 +43,7 @@ def static_equilibrium(structure: Structure, clamp: Groups, preload: Preload | N
     membranes have no tension in it.
     """
     held = held_dofs(structure, clamp)
-    loads = loads_of_preload(structure, preload or Preload())
+    loads = loads_of_preload(structure, preload)
     x = equilibrium(structure, held, loads)
     found = deflected(structure, x) if x.any() else structure
     refuse_untensioned(found, max((float(np.abs(b.stress).max()) for b in tension_blocks(structure)), default=0.0))

@@ -2,66 +2,85 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from pydantic import Field, model_validator
 from scipy import sparse
 
 from femflex.arrays import Array
 from femflex.fem.assembly import ElementMatrices, assemble
 from femflex.fem.structure import Structure
 from femflex.fem.tables import InertiaBlock, element_chunks
+from femflex.noun.table import Table, refuse
+from femflex.noun.values import Axis, Mass, Position, Quantity, Rate, Rates, Vector
 from femflex.reduction.boundary.markers import marker_rows
 
+NO_RATE = "found no rate, and the case has no [orbit]; give one"
 
-@dataclass(frozen=True, eq=False)
-class Preload:
-    """Forces g + A (r - origin) per mass and dead forces, in the axes of the mesh; see its class methods.
 
-    acceleration  (3,)    g [m/s^2], as gravity: the direction in which bodies fall
-    gradient      (3, 3)  A [1/s^2]
-    origin        (3,)    where the field of the gradient is zero [m]
-    forces        group -> (3,) force at the mean place of its nodes, which keeps its direction [N]
-    masses        group -> mass of bodies attached there, which the same field pulls [kg]
-    """
+class OrbitField(Table):
+    """Gravity gradient and centrifugal field at rest in the frame of a circular orbit."""
 
-    acceleration: ArrayLike = (0.0, 0.0, 0.0)
-    gradient: ArrayLike = field(default_factory=lambda: np.zeros((3, 3)))
-    origin: ArrayLike = (0.0, 0.0, 0.0)
-    forces: Mapping[str, ArrayLike] = field(default_factory=dict)
-    masses: Mapping[str, float] = field(default_factory=dict)
+    vertical: Axis
+    """Outward local vertical in the body frame."""
+    normal: Axis
+    """Orbit normal in the body frame, at right angles to the vertical."""
+    rate: Rate | None = None
+    """Orbital rate. Default: the mean motion of the case's orbit."""
 
-    def __post_init__(self) -> None:
-        for name, shape in (("acceleration", (3,)), ("gradient", (3, 3)), ("origin", (3,))):
-            value = np.asarray(getattr(self, name), float)
-            if value.shape != shape or not np.isfinite(value).all():
-                raise ValueError(f"{name} of a preload is {value.tolist()}; give finite numbers of shape {shape}")
-            object.__setattr__(self, name, value)
+    @model_validator(mode="after")
+    def _at_right_angles(self) -> OrbitField:
+        if abs(np.dot(self.vertical, self.normal)) > 1e-6:
+            refuse(f"found vertical {self.vertical} and orbit normal {self.normal}, which are not at right angles")
+        return self
 
-    @classmethod
-    def weight(cls, acceleration: ArrayLike, **more: Any) -> Preload:
-        """Uniform gravity g (3,) [m/s^2], and forces or masses."""
-        return cls(acceleration=acceleration, **more)
+    @property
+    def gradient(self) -> Array:
+        """n^2 (3 v v^T - h h^T) (3, 3) [1/s^2]. Raises ValueError without a rate."""
+        if self.rate is None:
+            raise ValueError(NO_RATE)
+        return self.rate**2 * (3 * np.outer(self.vertical, self.vertical) - np.outer(self.normal, self.normal))
 
-    @classmethod
-    def spin(cls, rate: ArrayLike, **more: Any) -> Preload:
-        """Centrifugal field of a steady rate Om (3,) [rad/s] about an axis through the origin: |Om|^2 1 - Om Om^T."""
-        w = np.asarray(rate, float)
-        return cls(gradient=w @ w * np.eye(3) - np.outer(w, w), **more)
 
-    @classmethod
-    def orbit(cls, rate: float, vertical: ArrayLike, normal: ArrayLike, **more: Any) -> Preload:
-        """Gravity gradient and centrifugal field at rest in the frame of a circular orbit: n^2 (3 v v^T - h h^T).
+class Preload(Table):
+    """Steady loads of the body's own static equilibrium, in the body frame."""
 
-        rate n [rad/s]; vertical v and orbit normal h (3,), at right angles; the origin moves on the orbit.
-        """
-        v, h = (np.asarray(d, float) / np.linalg.norm(d) for d in (vertical, normal))
-        if abs(v @ h) > 1e-6:
-            raise ValueError(f"vertical {v.tolist()} and orbit normal {h.tolist()} are not at right angles")
-        return cls(gradient=rate**2 * (3 * np.outer(v, v) - np.outer(h, h)), **more)
+    acceleration: Annotated[Vector, Quantity("m/s^2", (3,))] = (0.0, 0.0, 0.0)
+    """Gravity: the acceleration with which bodies fall."""
+    spin: Rates | None = None
+    """Steady angular rate, whose centrifugal field loads the body. Default: none."""
+    orbit: OrbitField | None = None
+    """Gravity gradient and centrifugal field of a circular orbit. Default: none."""
+    origin: Position = (0.0, 0.0, 0.0)
+    """Point on the axis of the spin, or moving along the orbit."""
+    forces: dict[str, Annotated[Vector, Quantity("N", (3,))]] = Field(default_factory=dict)
+    """Group -> force at the mean position of its nodes; it keeps its direction."""
+    masses: dict[str, Mass] = Field(default_factory=dict)
+    """Group -> mass of bodies attached there by joints, on which gravity, spin and orbit act too."""
+
+    @model_validator(mode="after")
+    def _has_one_field_and_a_load(self) -> Preload:
+        if self.spin is not None and self.orbit is not None:
+            refuse("found spin and orbit together; the field of the orbit holds its rate already, so give one of them")
+        if not (any(self.acceleration) or self.spin or self.orbit or self.forces):
+            refuse("found no load; give acceleration, spin, orbit or forces")
+        return self
+
+    @property
+    def gradient(self) -> Array:
+        """A (3, 3) [1/s^2] of the force g + A (r - origin) per mass: |Om|^2 1 - Om Om^T of a spin Om, or an orbit's."""
+        if self.orbit is not None:
+            return self.orbit.gradient
+        w = np.zeros(3) if self.spin is None else np.asarray(self.spin)
+        return w @ w * np.eye(3) - np.outer(w, w)
+
+    def with_mean_motion(self, rate: float | None) -> Preload:
+        """The preload whose orbit has that rate [rad/s] if it states none."""
+        if self.orbit is None or self.orbit.rate is not None:
+            return self
+        return self.model_copy(update={"orbit": self.orbit.model_copy(update={"rate": rate})})
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,9 +99,11 @@ class Loads:
         return float(self.F @ x + x @ (self.S @ x) / 2)
 
 
-def loads_of_preload(structure: Structure, preload: Preload) -> Loads:
-    """The loads of a preload: F = int N^T (g + A rho) dm and S = int N^T A N dm, and those at groups."""
-    A = np.asarray(preload.gradient)
+def loads_of_preload(structure: Structure, preload: Preload | None) -> Loads:
+    """The loads of a preload: F = int N^T (g + A rho) dm and S = int N^T A N dm, and those at groups; none of None."""
+    if preload is None:
+        return Loads(np.zeros(structure.n_dof), sparse.csr_array((structure.n_dof, structure.n_dof)))
+    A = preload.gradient
     g = np.asarray(preload.acceleration) - A @ np.asarray(preload.origin)
     raw = np.zeros(structure.T.shape[0])
     parts = []
