@@ -7,46 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from femflex.arrays import Array, Table
+from femflex.arrays import Array
 from femflex.dynamics.joints.places import FORCES, prescribed_freedoms, prescribed_places
-from femflex.dynamics.joints.prescribed_motion import prescribed_state
-from femflex.dynamics.layout.records import header_of
+from femflex.dynamics.layout.records import HEADER, N_HEADER
 from femflex.dynamics.ledger.by_source import DRIVES, terms
-from femflex.dynamics.observe.observe import OBSERVE
-from femflex.dynamics.rate.auxiliary_states import copy_auxiliary_states
-from femflex.dynamics.rate.rate import write_accelerations
 from femflex.dynamics.report import Observation, Report
-from femflex.kernels.compiled import inner, kernel
-from femflex.kernels.lanes import offset, pointer
 from femflex.system import Channel, System
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
-
-
-@inner
-def write_prescribing_forces(
-    t: float, x: Array, out: Array, udot: Array, table: Table, pool: Array, work: Array
-) -> None:
-    """Write to out (n_u,) the generalised forces of prescribed freedoms at the state x, zero for the others."""
-    head = header_of(table)
-    copy_auxiliary_states(offset(x, head["n_q"]), table, work)
-    q, u = prescribed_state(t, x, offset(x, head["n_q"]), table, pool, work)
-    write_accelerations(t, q, u, pointer(udot), table, pool, work)
-    for k in range(head["n_u"]):
-        out[k] = work[head["drives"] + k]
-
-
-@kernel(OBSERVE)
-def observe_prescribing_forces(
-    times: Array, states: Array, rows: Array, table: Table, pool: Array, work: Array
-) -> None:
-    """Write to rows (n_t, n_u) the forces of prescribed freedoms at times (n_t,) and states (n_t, n_x)."""
-    udot = np.empty(rows.shape[1])
-    for j in range(len(times)):
-        write_prescribing_forces(
-            times[j], pointer(states[j]), pointer(rows[j]), udot, pointer(table), pointer(pool), pointer(work)
-        )
 
 
 class PrescribedMotion(Report):
@@ -79,6 +48,8 @@ def prescribing_forces(model: Model, times: Array, states: Array) -> Array:
     if model.constraints is not None:
         rows = [row for name, row in terms(model, times, states).items() if name.startswith(DRIVES)]
         return -sum(rows, np.zeros((len(times), model.n_u)))
-    out = np.empty((len(times), model.n_u))
-    observe_prescribing_forces(times, states, out, model.table, model.pool, model.work)
+    out, first = np.empty((len(times), model.n_u)), int(model.table[:N_HEADER].view(HEADER)[0]["drives"])
+    for row, t, x in zip(out, times, states, strict=True):
+        model.state_rate(float(t), x)
+        row[:] = model.work[first : first + model.n_u]
     return out
