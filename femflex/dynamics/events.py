@@ -20,7 +20,7 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.dynamics.joints.places import latch_places
 from femflex.dynamics.layout.constraint_records import R_LAMBDA
-from femflex.dynamics.layout.records import HEADER, N_HEADER
+from femflex.dynamics.layout.records import header_record
 from femflex.system import Effector, Latch, StateEvent, System, Threshold
 from femflex.system.joint_coordinates import RELEASED
 
@@ -129,7 +129,7 @@ def impact(model: Model, t: float, x: Array, freedoms: list[int]) -> tuple[Array
     rhs, change = np.concatenate([np.zeros(model.n_u), z]), np.empty(model.n_u)
     rhs[freedoms] = -before[freedoms]
     model.second_order.solve(t, q, rhs, change, 1.0, 0.0, 0.0, model.table, model.pool, model.work)
-    drives = int(model.table[:N_HEADER].view(HEADER)[0]["drives"])
+    drives = int(header_record(model.table)["drives"])
     impulses = [float(model.work[drives + freedom]) for freedom in freedoms]
     after = before + change
     after[freedoms] = 0.0

@@ -18,7 +18,7 @@ from femflex.arrays import Array, IntArray
 from femflex.dynamics.forces.effector_functions import call_sizes, input_size, output_size, plain_call
 from femflex.dynamics.forces.effector_records import EFFECTOR, N_EFFECTOR
 from femflex.dynamics.forces.effectors import acting_effectors, apply
-from femflex.dynamics.layout.records import HEADER, N_HEADER, N_TERM, TERM, body_records
+from femflex.dynamics.layout.records import N_TERM, TERM, body_records, header_record
 from femflex.system import Block, Effector, LengthTable, System
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ def _evaluated(model: Model, t: float, x: Array) -> Iterator[UserCall]:
             call = partial(_write, getattr(write, "py_func", write), z, numbers)
             owner = f"the function that writes the properties of body {name!r}"
             yield UserCall(owner, call, before.copy(), z, written)
-    head = table[:N_HEADER].view(HEADER)[0]
+    head = header_record(table)
     terms = table[head["terms"] :][: N_TERM * head["n_terms"]].view(TERM)
     for term in terms[terms["apply"] == apply.address]:
         records = table[term["at"] :][: N_EFFECTOR * term["n"]].view(EFFECTOR)
@@ -131,7 +131,7 @@ def _effector_calls(effector: Effector, e: np.void, z: Array, table: IntArray, w
     """The function of an effector, and its Jacobian."""
     m, f, n, n_z, _, n_c = sizes = call_sizes(effector)
     inputs_read = work[e["seen"] :][: input_size(m, f, n)].copy()
-    inputs = table[:N_HEADER].view(HEADER)[0]["z"] + table[e["inputs"] :][:n]
+    inputs = header_record(table)["z"] + table[e["inputs"] :][:n]
     inputs_read[18 * m + 2 * f :] = work[inputs]  # effectors at one marker share the place of what they read
     states = z[e["z"] :][:n_z]
     functions: dict[str, Any] = {"effector": effector.act, "the Jacobian of effector": effector.jacobian}

@@ -18,7 +18,7 @@ from femflex.dynamics.constraints import projection as calls
 from femflex.dynamics.joints.coordinates import kinematic
 from femflex.dynamics.layout import constraint_records as layout
 from femflex.dynamics.layout.constraints import dependence_limit
-from femflex.dynamics.layout.records import HEADER, N_HEADER, W_CIN, body_records
+from femflex.dynamics.layout.records import W_CIN, body_records, header_record
 from femflex.dynamics.rate.rate import rate
 from femflex.dynamics.workspace import ModelArrays, Workspace
 from femflex.kernels.entries import plain_address
@@ -255,7 +255,7 @@ class Constraints:
 
     def _call_project(self, task: int, t: float, x: Array) -> None:
         """Call `project` for less than a projection. Raises ValueError for a state without its z."""
-        size = self.n_q + self.n_u + int(self.arrays[0][:N_HEADER].view(HEADER)[0]["n_z"])
+        size = self.n_q + self.n_u + int(header_record(self.arrays[0])["n_z"])
         if len(x) < size:  # compiled code would read beyond its end
             raise ValueError(f"a state of this model has {size} numbers (q, u, z); found {len(x)}")
         task_index, work = int(self.closing["task"]), self.arrays[2]
@@ -296,7 +296,7 @@ class Constraints:
 
 def build_constraints(system: System, workspace: Workspace, n_q: int, n_u: int) -> Constraints:
     """The constraints of a lowered system, addresses of the functions of its rows filled in."""
-    workspace.table[:N_HEADER].view(HEADER)[0]["constrain"] = calls.constrain.address
+    header_record(workspace.table)["constrain"] = calls.constrain.address
     records, users = layout.constraint_records(workspace.table), []
 
     def rates(q: Array, u: Array) -> Array:

@@ -24,7 +24,7 @@ from femflex.dynamics.forces.marker_forces import clear_work_per_length, power_p
 from femflex.dynamics.layout import constraint_records as layout
 from femflex.dynamics.layout import records as at
 from femflex.dynamics.layout.constraint_records import closing_of, constraint_of
-from femflex.dynamics.layout.records import HEADER, N_HEADER, body_of, body_records, header_of
+from femflex.dynamics.layout.records import body_of, body_records, header_of, header_record
 from femflex.dynamics.layout.variations import WORKED
 from femflex.dynamics.layout.written_blocks import write_block
 from femflex.dynamics.rate.auxiliary_states import copy_auxiliary_states, place_of_length
@@ -42,12 +42,12 @@ LEAST_RATE = 1e-3  # of the length [1/s], added to its rate for this
 
 def link_length_steps(table: Table) -> None:
     """Fill in the address of LENGTH_STEPS, before the first Newton's correction of a model with free lengths."""
-    table[:N_HEADER].view(HEADER)[0]["step_lengths"] = step_lengths.address
+    header_record(table)["step_lengths"] = step_lengths.address
 
 
 def link_lengths(table: Table) -> None:
     """Fill in the addresses of the functions of bodies that vary: those that solve for free lengths, and of reports."""
-    head, bodies = table[:N_HEADER].view(HEADER)[0], body_records(table)
+    head, bodies = header_record(table), body_records(table)
     if head["n_free"]:
         head["solve_lengths"] = solve_lengths.address
     if bodies["unit"].any():

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.arrays import Table
-from femflex.dynamics.layout.records import HEADER, N_HEADER, header_of, record_reader
+from femflex.dynamics.layout.records import header_of, header_record, record_reader
 from femflex.kernels.compiled import inner
 
 CLOSING = np.dtype(
@@ -101,12 +101,12 @@ def constraint_of(table: Table, i: int) -> np.void:
 
 def closing_record(table: Table) -> NDArray[np.void]:
     """The CLOSING record of a lowered system (1,), to read and to fill in."""
-    start = int(table[:N_HEADER].view(HEADER)[0]["closing"])
+    start = int(header_record(table)["closing"])
     return table[start : start + N_CLOSING].view(CLOSING)
 
 
 def constraint_records(table: Table) -> NDArray[np.void]:
     """The records of loops and nonholonomic constraints of a lowered system, to read and to fill in."""
-    start = int(table[:N_HEADER].view(HEADER)[0]["closing"])
+    start = int(header_record(table)["closing"])
     n = int(closing_record(table)[0]["n_constraints"])
     return table[start + N_CLOSING : start + N_CLOSING + N_CONSTRAINT * n].view(CONSTRAINT)

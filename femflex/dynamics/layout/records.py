@@ -204,6 +204,12 @@ W_FIXED = 244  # first of the arrays whose place the record holds
 N_HEADER, N_BODY, N_TERM, N_MARKER, N_HOLD = (len(record.names or ()) for record in (HEADER, BODY, TERM, MARKER, HOLD))
 
 
+def header_record(table: Table) -> np.void:
+    """The header as Python reads and changes it."""
+    record: np.void = table[:N_HEADER].view(HEADER)[0]
+    return record
+
+
 def body_records(table: Table) -> NDArray[np.void]:
     """The body records; record 0 is the base frame."""
     return table[N_HEADER : N_HEADER + N_BODY * table[0]].view(BODY)

@@ -12,7 +12,7 @@ import numpy as np
 from femflex.body import FlexibleBody, StrainTensors
 from femflex.dynamics.forces.force_term import force_terms
 from femflex.dynamics.layout.pool import aligned
-from femflex.dynamics.layout.records import HEADER, N_HEADER, body_records
+from femflex.dynamics.layout.records import body_records, header_record
 from femflex.dynamics.ledger.by_source import DRIVES, SWITCHED, TERMS, term_names
 from femflex.dynamics.ledger.equation_terms import BY_NAME
 from femflex.dynamics.ledger.ledger import place_and_cancel
@@ -175,7 +175,7 @@ def without_terms(model: Model, omitted: tuple[str, ...]) -> Model:
     original, table = model.workspace, model.table.copy()
     numbers = aligned(len(original.numbers) + len(weights))
     numbers[:] = np.concatenate([original.numbers, weights])
-    head, bodies = table[:N_HEADER].view(HEADER)[0], body_records(table)
+    head, bodies = header_record(table), body_records(table)
     head["left_out"] = place_and_cancel.address
     head["kept"], head["left_forces"] = len(original.numbers), original.n_work
     bodies["sprung"], bodies["full"] = 1, 0  # forces act along all joints

@@ -9,7 +9,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.dynamics.joints.places import FORCES, prescribed_freedoms, prescribed_places
-from femflex.dynamics.layout.records import HEADER, N_HEADER
+from femflex.dynamics.layout.records import header_record
 from femflex.dynamics.ledger.by_source import DRIVES, terms
 from femflex.dynamics.report import Observation, Report
 from femflex.system import Channel, System
@@ -48,7 +48,7 @@ def prescribing_forces(model: Model, times: Array, states: Array) -> Array:
     if model.constraints is not None:
         rows = [row for name, row in terms(model, times, states).items() if name.startswith(DRIVES)]
         return -sum(rows, np.zeros((len(times), model.n_u)))
-    out, first = np.empty((len(times), model.n_u)), int(model.table[:N_HEADER].view(HEADER)[0]["drives"])
+    out, first = np.empty((len(times), model.n_u)), int(header_record(model.table)["drives"])
     for row, t, x in zip(out, times, states, strict=True):
         model.state_rate(float(t), x)
         row[:] = model.work[first : first + model.n_u]

@@ -100,7 +100,7 @@ def body_motion(model: Model, k: int) -> BodyMotion:
         tie = work[int(b["tie"]) : int(b["tie"]) + n_s * row].reshape(n_s, row)[:, :n]
         first = int(b["drift"]) + n
         ddy[1 + n :] = tie @ ddy[1 : 1 + n] + work[first : first + n_s]
-    C, head = work[w + at.W_CIN : w + at.W_CIN + 9].reshape(3, 3), model.table[: at.N_HEADER].view(at.HEADER)[0]
+    C, head = work[w + at.W_CIN : w + at.W_CIN + 9].reshape(3, 3), at.header_record(model.table)
     a, gradient = work[w + at.W_ACC : w + at.W_ACC + 3].copy(), np.zeros((3, 3))
     if head["orbit"] == at.ORBIT_NONE:
         a = a - C @ model.system.environment.gravity
