@@ -217,7 +217,7 @@ def _recoil(model: Model, u: Array, rates: Array) -> Array:
 
 
 def unmodelled_response(model: Model, times: Array, states: Array, rates: Array, jumps: Array) -> tuple[Array, Array]:
-    """Forces, and impulses of jumps of the velocities, on the elastic coordinates; each (n_t, n_u), 0 for joints."""
+    """Forces, and impulses of jumps of velocities, on the elastic coordinates; each (n_t, n_u) [SI], 0 for joints."""
     force, impulse = np.zeros((2, len(times), model.n_u))
     ue, slack = elastic_places(model)[1], slack_of_loops(model.system)
     carrying = ~is_prescribed(model)

@@ -36,7 +36,7 @@ class FullResponse:
     kept: tuple[str, ...]
 
     def sizes(self, source: str) -> tuple[Array, Array]:
-        """Root sum squares (n, n_out) over the components of a source: of the full and of the reduced response."""
+        """Root sum squares (n, n_out) [SI] over the components of a source: of the full and of the reduced response."""
         full, reduced = (np.linalg.norm(entry[source], axis=2) for entry in (self.full, self.reduced))
         return np.asarray(full), np.asarray(reduced)
 

@@ -35,7 +35,7 @@ def frequency_panels(
 
 
 def cumulative(values: Array, weights: Array) -> Array:
-    """The integral (n_p + 1, ...) up to each end of the panels, of values (n, ...) at the points of their rule."""
+    """The integral (n_p + 1, ...) up to each end of the panels, of values (n, ...) [SI] at the points of their rule."""
     weighted = values * weights.reshape((-1,) + (1,) * (values.ndim - 1))
     panels = weighted.reshape((-1, ORDER, *values.shape[1:])).sum(axis=1)
     return np.concatenate([np.zeros((1, *values.shape[1:])), np.cumsum(panels, axis=0)])
