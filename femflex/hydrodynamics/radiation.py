@@ -42,7 +42,7 @@ class Radiation:
     error: float
 
     def kernel(self, omega: Array) -> ComplexArray:
-        """K (n, 6, 6) at frequencies (n,) [rad/s]; forces of translations per velocity [N s/m], others likewise in SI."""
+        """K (n, 6, 6) at frequencies (n,) [rad/s]: forces per velocity [N s/m], and likewise of turns, in SI."""
         resolvent = 1j * omega[:, None, None] * np.eye(len(self.rate)) - self.rate
         return np.asarray(
             self.input.T @ np.linalg.solve(resolvent, np.broadcast_to(self.input, (len(omega), *self.input.shape)))
