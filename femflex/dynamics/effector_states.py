@@ -149,5 +149,5 @@ def with_linear_effectors(system: System) -> System:
     """The system with effectors as linear models have them (`Effector.linear`); itself where that changes none."""
     if not any(isinstance(effector, Effector) and effector.linear is not None for effector in system.effectors):
         return system
-    effectors = [e.linear() if isinstance(e, Effector) and e.linear is not None else e for e in system.effectors]
+    effectors = [e.linear(e) if isinstance(e, Effector) and e.linear is not None else e for e in system.effectors]
     return replace(system, effectors=tuple(effectors))

@@ -114,7 +114,7 @@ class Effector:
     added_mass  function of compiled code with the arguments of `act` that writes a symmetric matrix (n_markers, 6, 6),
                 inertial components: the wrench -M (a, alpha) at each marker resists its acceleration and joins the mass
                 matrix. It reads positions, attitudes, velocities and parameters alone
-    linear      () -> the same as linear models and states of rest have it: steady, and exactly linear in velocities
+    linear      (effector) -> the same as linear models and states of rest have it: steady, linear in velocities
     linear_note what these leave out of it; "" for nothing
     silent      () -> the same without its command or output
     """
@@ -145,7 +145,7 @@ class Effector:
     coasting: Callable[[str, Array], Effector] | None = None
     silent: Callable[[], Effector] | None = None
     added_mass: CompiledAct | None = None
-    linear: Callable[[], Effector] | None = None
+    linear: Callable[[Effector], Effector] | None = None
     linear_note: str = ""
 
     def __post_init__(self) -> None:

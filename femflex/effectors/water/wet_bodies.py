@@ -142,11 +142,6 @@ class WetBody(Mounted, heading="wet_bodies"):
         place = FIRST + sum(row.size for row in rows) + waves.size
         parameters = np.concatenate([head, body_rows, [place], *rows, waves.ravel(), sea])
 
-        def linear() -> Effector:
-            changed = parameters.copy()
-            changed[IS_LINEAR] = 1.0
-            return replace(effector, parameters=changed)
-
         states = {f"radiation_{k + 1}": "J^0.5" for k in range(n)}
         note = f"waves on {name!r}" if water.waves else ""
         drag = (
@@ -156,7 +151,7 @@ class WetBody(Mounted, heading="wet_bodies"):
         )
         effector = Effector(
             name, self.act, self.markers(), states=states, channels=self.channels, accounts=self.accounts,
-            exerts=self.exerts, parameters=parameters, kind=self.label, added_mass=body_mass, linear=linear,
+            exerts=self.exerts, parameters=parameters, kind=self.label, added_mass=body_mass, linear=_linear,
             linear_note=", ".join(filter(None, (note, drag))),
         )  # fmt: skip
         return effector
@@ -218,6 +213,13 @@ class WetBody(Mounted, heading="wet_bodies"):
             X = amplitude * data.excitation_at(omega, heading)
             out.append(np.stack([X.real, X.imag], axis=1))
         return np.array(out)
+
+
+def _linear(effector: Effector) -> Effector:
+    """The effector without waves, its drag to first order in velocities."""
+    changed = effector.parameters.copy()
+    changed[IS_LINEAR] = 1.0
+    return replace(effector, parameters=changed, linear=None)
 
 
 @lru_cache(maxsize=8)

@@ -168,14 +168,9 @@ class WetMember(EffectorNoun, heading="wet_members"):
         head += [speeds.get(self.linear_drag, amplitude), at.HEAD + pieces.size]
         parameters = np.concatenate([head, pieces.ravel(), sea])
 
-        def linear() -> Effector:
-            changed = parameters.copy()
-            changed[at.IS_LINEAR] = 1.0
-            return replace(effector, parameters=changed)
-
         effector = Effector(
             name, act, markers, channels=self.channels, accounts=self.accounts, exerts=self.exerts,
-            parameters=parameters, kind=self.label, added_mass=masses, linear=linear,
+            parameters=parameters, kind=self.label, added_mass=masses, linear=_linear,
             linear_note=self._left_out(name, water),
         )  # fmt: skip
         return effector
@@ -240,6 +235,13 @@ class WetMember(EffectorNoun, heading="wet_members"):
         length = float(cable.profile(context)(0.0)[0])
         rows = np.tile([0.0, 0.0, 0.0, length / n], (n, 1))
         return (ends[0], *((f"{self.cable}_{k + 1}", "origin") for k in range(n)), ends[1]), rows
+
+
+def _linear(effector: Effector) -> Effector:
+    """The effector without waves, its drag to first order in velocities."""
+    changed = effector.parameters.copy()
+    changed[at.IS_LINEAR] = 1.0
+    return replace(effector, parameters=changed, linear=None)
 
 
 @inner
