@@ -166,7 +166,7 @@ def wave_number(omega: float, g: float, depth: float) -> float:
     """k > 0 [rad/m] of omega^2 = g k tanh(k depth).
 
     >>> round(wave_number(2 * math.pi / 10, 9.81, 20.0), 6)  # 121.2 m long
-    0.051843
+    0.051826
     """
     deep = omega**2 / g
     if deep * depth > 30.0:
