@@ -248,6 +248,7 @@ def test_pendulum_without_gravity_is_slowed_by_its_damper():
     assert angles == pytest.approx(0.1 + 0.2 * 0.7 / 0.5 * (1 - np.exp(-0.5 / 0.7 * times)), abs=1e-7)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("without", [(), ("gravity_gradient",), ("gyroscopic",)])
 def test_small_motion_in_orbit_without_some_terms_matches_nonlinear_motion(without: tuple[str, ...]):
     q0 = np.array([1.0, 1e-4, -2e-4, 1.5e-4]) / np.sqrt(1 + 7.25e-8)
