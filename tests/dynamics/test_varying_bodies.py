@@ -322,7 +322,7 @@ def test_run_with_varying_body_resumes_exactly(write_case, tmp_path):
     rest = run(case, tmp_path / "part.h5", varying={"hub": swelling_hub(case)}, resume=True)
     assert np.array_equal(rest["u"], whole["u"]) and np.array_equal(rest["bodies/hub/power"], whole["bodies/hub/power"])
     whole.close(), rest.close()
-    with open_run(tmp_path / "whole.h5") as found, pytest.raises(ValueError, match="are not kept in the file"):
+    with open_run(tmp_path / "whole.h5") as found, pytest.raises(ValueError, match="does not keep the functions"):
         rebuilt(found)
 
 
