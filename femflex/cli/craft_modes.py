@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from femflex.cli.advice_lines import print_reasons
 from femflex.cli.options import MOVIE, PICTURE, REPORT
 from femflex.cli.progress import Bar, Patience
-from femflex.cli.tables import Shown, print_folded, print_line, print_table, print_title, printed
+from femflex.cli.tables import CellValue, print_folded, print_line, print_table, print_title, printed
 
 if TYPE_CHECKING:
     from femflex.case import Case
@@ -88,7 +88,7 @@ def print_modes(case: Case, modes: SystemModes, number: int | None, verbose: boo
     rows = [
         [
             k + 1, modes.label(k + 1), modes.frequencies[k], *[modes.eigenvalues[k].imag] * verbose,
-            Shown(ratio, f"{ratio:.4g}" + "*" * bool(modes.growing[k])), kinetic_energy(modes, k),
+            CellValue(ratio, f"{ratio:.4g}" + "*" * bool(modes.growing[k])), kinetic_energy(modes, k),
         ]
         for k, ratio in enumerate(modes.damping_ratios)
     ]  # fmt: skip
@@ -141,8 +141,10 @@ def damping_note(case: Case, modes: SystemModes) -> str:
     return ""
 
 
-def kinetic_energy(modes: SystemModes, k: int) -> Shown:
+def kinetic_energy(modes: SystemModes, k: int) -> CellValue:
     """Shares of the bodies in the kinetic energy of a mode, as text in per cent of those that hold some."""
     shares = {body: float(share[k]) for body, share in modes.energy.items()}
     largest_first = sorted(((share, body) for body, share in shares.items()), reverse=True)
-    return Shown(shares, ", ".join(f"{body} {100 * share:.0f} %" for share, body in largest_first if share >= CARRIES))
+    return CellValue(
+        shares, ", ".join(f"{body} {100 * share:.0f} %" for share, body in largest_first if share >= CARRIES)
+    )

@@ -22,7 +22,7 @@ from femflex.cli.options import (
     split_names,
 )
 from femflex.cli.progress import Patience
-from femflex.cli.tables import Shown, print_line, print_table, print_title, printed, record
+from femflex.cli.tables import CellValue, print_line, print_table, print_title, printed, record
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
@@ -172,7 +172,7 @@ def _with_lines(path: Path, lines: list[str]) -> str:
 def print_model(model: LinearModel, reduced_model: StateSpace, zeros: bool, verbose: bool) -> None:
     """Print the poles, verbose: with their participation, the inputs and outputs, and the state that it is about."""
     from femflex.cli.equilibrium import print_about, print_stability
-    from femflex.studies.linear import poles_of, transmission_zeros
+    from femflex.studies.linear import Truncated, poles_of, transmission_zeros
 
     heads = ["pole", "real, 1/s", "imaginary, 1/s", "Hz", ("damping ratio", ".4g"), *["participation"] * verbose]
     rows = [
@@ -199,9 +199,8 @@ def print_model(model: LinearModel, reduced_model: StateSpace, zeros: bool, verb
         more_text = f" and {len(names) - SHOWN} more, which --json lists" if len(names) > SHOWN else ""
         values = [{"name": name, "unit": unit} for name, unit in pairs]
         print_line(key, f"{', '.join(names[:SHOWN]) or 'none'}{more_text}", values)
-    hankel = getattr(reduced_model, "hankel", ())
-    if len(hankel):
-        bound = reduced_model.bound  # type: ignore[attr-defined]
+    if isinstance(reduced_model, Truncated) and len(reduced_model.hankel):
+        bound = reduced_model.bound
         print_line("error", f"below {bound:.4g}, as largest singular value", bound)
     if model.about is None:
         print_line("about", f"the state at {model.t:.9g} s")
@@ -210,6 +209,6 @@ def print_model(model: LinearModel, reduced_model: StateSpace, zeros: bool, verb
     print_stability(model.about)
 
 
-def _participation(pole: Pole) -> Shown:
+def _participation(pole: Pole) -> CellValue:
     shares = pole.participation
-    return Shown(shares, ", ".join(f"{name} {100 * share:.0f} %" for name, share in list(shares.items())[:PARTS]))
+    return CellValue(shares, ", ".join(f"{name} {100 * share:.0f} %" for name, share in list(shares.items())[:PARTS]))

@@ -24,7 +24,7 @@ from femflex.cli.options import (
     read_seconds,
 )
 from femflex.cli.progress import Patience
-from femflex.cli.tables import Shown, print_folded, print_line, print_table, print_title, printed, record, section
+from femflex.cli.tables import CellValue, print_folded, print_line, print_table, print_title, printed, record, section
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
@@ -204,7 +204,7 @@ def print_modes(name: str, body: FlexibleBody, verbose: bool) -> None:
         participation = np.round(masses.participation, 4) + 0.0
         table("participation in kg^1/2 and kg^1/2 m", participation, ".4f", [], kinds)
         cells = (
-            [Shown({"share": s, "sum": r}, f"{s:.2f} ({r:.2f})") for s, r in zip(*rows, strict=True)]
+            [CellValue({"share": s, "sum": r}, f"{s:.2f} ({r:.2f})") for s, r in zip(*rows, strict=True)]
             for rows in zip(shares, sums, strict=True)
         )
         table(f"{mass_title} (running sum)", cells, "", [], [[]] * n)

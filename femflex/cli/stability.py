@@ -23,7 +23,7 @@ from femflex.cli.options import (
 )
 from femflex.cli.progress import Bar
 from femflex.cli.tables import (
-    Shown,
+    CellValue,
     print_folded,
     print_line,
     print_table,
@@ -189,7 +189,7 @@ def print_chart(chart: Chart) -> None:
     from femflex.studies.stability import KINDS
 
     shares = {text: float((chart.kinds == kind).mean()) for kind, text in KINDS.items()}
-    rows = [[text, Shown(share, f"{100 * share:.4g} %")] for text, share in shares.items()]
+    rows = [[text, CellValue(share, f"{100 * share:.4g} %")] for text, share in shares.items()]
     print_table(["region", "of the points"], rows)
     for a, b, points in chart.boundaries:
         text = f"{KINDS[a]} | {KINDS[b]}: {len(points)} points"

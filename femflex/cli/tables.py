@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,11 +23,21 @@ _objects: list[dict[str, Any]] = []  # JSON objects under construction, the inne
 
 
 @dataclass(frozen=True)
-class Shown:
+class CellValue:
     """A value with its text in a table."""
 
     value: Any
     text: str
+
+
+@contextmanager
+def _collected(then: Callable[[dict[str, Any]], object]) -> Iterator[None]:
+    """Collect what is recorded inside in an object, and pass it on at the end, also of what is broken off."""
+    _objects.append({})
+    try:
+        yield
+    finally:
+        then(_objects.pop())
 
 
 @contextmanager
@@ -36,11 +46,8 @@ def printed(as_json: bool) -> Iterator[None]:
     if not as_json:
         yield
         return
-    _objects.append({})
-    try:
+    with _collected(print_json):
         yield
-    finally:
-        print_json(_objects.pop())
 
 
 @contextmanager
@@ -49,12 +56,8 @@ def section(name: str) -> Iterator[None]:
     if not _objects:
         yield
         return
-    _objects.append({})
-    try:
+    with _collected(lambda inner: record(name, inner)):
         yield
-    finally:
-        inner = _objects.pop()
-        record(name, inner)
 
 
 def record(name: str, value: Any) -> bool:
@@ -89,7 +92,7 @@ def print_table(
     names, formats = zip(*((head, ".6g") if isinstance(head, str) else head for head in heads), strict=True)
     rows = list(rows)
     if _objects:
-        values = [[cell.value if isinstance(cell, Shown) else cell for cell in row] for row in rows]
+        values = [[cell.value if isinstance(cell, CellValue) else cell for cell in row] for row in rows]
         record(name or title or names[0], [dict(zip(names, row, strict=True)) for row in values])
         return
     more, rows = len(rows[shown:]) if shown is not None else 0, rows[:shown]
@@ -116,7 +119,7 @@ def cell_text(value: Any, form: str = ".6g") -> str:
     >>> cell_text(1234.5678), cell_text(3), cell_text(float("nan")), cell_text("flap 1"), cell_text(0.25, ".0%")
     ('1234.57', '3', '', 'flap 1', '25%')
     """
-    if isinstance(value, Shown):
+    if isinstance(value, CellValue):
         return value.text
     if value is None or isinstance(value, str):
         return value or ""

@@ -35,7 +35,7 @@ def take_added_mass(record: np.void, scratch: Scratch) -> None:
 
 @inner
 def place_of_bias(b: Record) -> int:
-    """Where the bias stands."""
+    """Index of the bias in the work array."""
     return b["added"] + SIX_ROWS + b["row"] * b["stride"]
 
 

@@ -40,7 +40,7 @@ STEP = 1e-6  # s, over which the wetted length is told to change
 
 
 class OnPiece(NamedTuple):
-    """What a piece feels and says: force, couple, derivative of the water's energy by its tangent; sums of power."""
+    """Loads and reports of a piece: force, couple, derivative of the water's energy by its tangent; sums of power."""
 
     force: Vector
     couple: Vector

@@ -176,7 +176,7 @@ class WetMember(EffectorNoun, heading="wet_members"):
         return effector
 
     def _left_out(self, name: str, water: Water) -> str:
-        """What linear models leave out."""
+        """Names of the effects that linear models leave out."""
         parts = [f"waves of {name!r}"] if water.waves else []
         if self.linear_drag == "current" and not water.current and self.Cd + self.Cf > 0.0:
             parts.append(f"drag of {name!r}, which has no slope in water at rest (linear_drag)")
@@ -254,7 +254,7 @@ def store_sums(out: Array, first: int, sums: OnPiece) -> None:
 
 
 @inner
-def nothing() -> OnPiece:
+def no_sums() -> OnPiece:
     """Sums to begin with."""
     return OnPiece(ZERO, ZERO, ZERO, 0.0, 0.0, 0.0, 0.0, 0.0, ZERO, 0.0, 0.0)
 
@@ -286,7 +286,7 @@ def wet_member(t: float, seen: Array, z: Array, parameters: Array, out: Array) -
     """Forces and torques on the pieces of lines and rods."""
     p = parameters
     m, w = int(p[at.COUNT]), offset(p, int(p[at.SEA]))
-    sums = nothing()
+    sums = no_sums()
     for k in range(m):
         piece = at.HEAD + at.PIECE * k
         tangent = turn(load9(seen, 3 * m + 9 * k), load3(p, piece + at.TANGENT))
@@ -326,7 +326,7 @@ def wet_cable(t: float, seen: Array, z: Array, parameters: Array, out: Array) ->
     """Forces on the masses of a cable, and on their neighbours as these turn the tangent."""
     p = parameters
     n, w = int(p[at.COUNT]), offset(p, int(p[at.SEA]))
-    m, sums = n + 2, nothing()
+    m, sums = n + 2, no_sums()
     for k in range(6 * m):
         out[k] = 0.0
     for k in range(1, n + 1):

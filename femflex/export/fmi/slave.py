@@ -1,4 +1,4 @@
-"""What the module inside an FMU of a whole craft calls: variables by value reference, over a `SteppedCraft`."""
+"""Functions for the module inside an FMU of a whole craft: variables by value reference, over a `SteppedCraft`."""
 
 from __future__ import annotations
 
