@@ -3,21 +3,6 @@
 Wheels, gyros, thrusters and tanks, cables, separation springs, distributed loads, signals; sensors and controllers.
 """
 
-from femflex.effectors.blocks import (
-    StateSpace,
-    allocation,
-    attitude_feedback,
-    block,
-    gain,
-    low_pass,
-    momentum_management,
-    notch,
-    observer,
-    pd,
-    pid,
-    pulses,
-    state_space,
-)
 from femflex.effectors.cable import Cable
 from femflex.effectors.cable_chain import with_heavy_cable
 from femflex.effectors.controllers import (
@@ -94,7 +79,6 @@ __all__ = [
     "Separation",
     "Signal",
     "SolarPressure",
-    "StateSpace",
     "Sun",
     "Surface",
     "Tank",
@@ -105,18 +89,6 @@ __all__ = [
     "WetBody",
     "WetMember",
     "Wheel",
-    "allocation",
-    "attitude_feedback",
-    "block",
-    "gain",
-    "low_pass",
-    "momentum_management",
-    "notch",
-    "observer",
-    "pd",
-    "pid",
-    "pulses",
-    "state_space",
     "strain_sensor",
     "unbalanced_rotor",
     "with_heavy_cable",

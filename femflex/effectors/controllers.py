@@ -1,18 +1,29 @@
-"""Controllers: blocks that turn signals into commands, continuous or sampled."""
+"""Controllers: blocks that turn signals into commands, continuous or sampled.
+
+A linear controller is dx/dt = A x + B u, y = C x + D u: an Effector that runs continuously, its x among the states of
+the run, or with a period a Controller: sampled with its inputs held (exact discretisation, zero order hold), its
+outputs held between two samples.
+
+Controllers are joined by their signals: "<controller>.<output>". The order of evaluation is that of
+femflex.system.evaluation; algebraic loops give an error.
+"""
 
 from __future__ import annotations
 
 import math
 from abc import abstractmethod
 from collections.abc import Sequence
-from typing import Annotated, ClassVar, Literal
+from dataclasses import replace
+from functools import partial
+from typing import Annotated, ClassVar, Literal, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import Field, StrictBool, model_validator
 
 from femflex.arrays import Array
-from femflex.effectors import blocks
-from femflex.effectors.blocks import StateSpace
+from femflex.effectors import block_kernels
+from femflex.effectors.control_laws import LinearLaw, PulseWidths, SampledAttitude, SampledLaw, discretised, paths_of
 from femflex.effectors.noun import EffectorNoun
 from femflex.effectors.sensor import Sensor
 from femflex.noun.inertia import InertiaMatrix
@@ -69,6 +80,39 @@ class _Matrix(_Readable):
 MatrixRows = Annotated[Rows, _Matrix()]
 
 
+class _AxisGains(_Readable):
+    """A number for three axes, a number for each, or a 3 x 3 matrix."""
+
+    forms = (Quantity(), Quantity("", (3,)), Quantity("", (3, 3)))
+
+    def read_value(self, value: object) -> object:
+        """The numbers as they are given."""
+        depth = 0 if not isinstance(value, list) else 2 if value and isinstance(value[0], list) else 1
+        return self.forms[depth].read_value(value)
+
+    def json_schema(self) -> dict[str, object]:
+        """JSON Schema of the three forms."""
+        return {"anyOf": [form.json_schema() for form in self.forms]}
+
+
+AxisGains = Annotated[float | Numbers | Rows, _AxisGains()]
+
+
+OneBlock = TypeVar("OneBlock", "Block", "Pulses")
+
+
+def _axis_matrix(gains: ArrayLike) -> Array:
+    array = np.asarray(gains, float)
+    return array if array.ndim == 2 else np.diag(np.broadcast_to(array, (3,)))
+
+
+def _refuse_repeated_outputs(noun: OneBlock) -> OneBlock:
+    names = list(noun.outputs or ())
+    if repeated := [name for k, name in enumerate(names) if name in names[:k]]:
+        refuse(f"found {repeated[0]!r} twice among the outputs; give each output a name of its own")
+    return noun
+
+
 class Block(EffectorNoun):
     """Keys that all controllers share. Numbers are in SI units."""
 
@@ -81,8 +125,10 @@ class Block(EffectorNoun):
     period: Duration | None = None
     """Time between two samples; commands are held between them. Default: continuous."""
 
+    _outputs_differ = model_validator(mode="after")(_refuse_repeated_outputs)
+
     @abstractmethod
-    def controller(self, name: str, context: Context) -> Effector | Controller:
+    def controller(self, name: str, context: Context = ALONE) -> Effector | Controller:
         """Return its block as an effector, or as a sampled controller. Raises ValueError."""
 
     def effectors(self, name: str, context: Context = ALONE) -> Sequence[Effector | Controller]:
@@ -109,17 +155,39 @@ class LinearBlock(Block):
         return self
 
     @abstractmethod
-    def system(self, n: int) -> StateSpace:
+    def system(self, n: int) -> LinearLaw:
         """Its matrices for n inputs. Raises ValueError."""
 
-    def controller(self, name: str, context: Context) -> Effector | Controller:
-        """The block with these matrices. Raises ValueError."""
+    def controller(self, name: str, context: Context = ALONE) -> Effector | Controller:
+        """The block with these matrices. Raises ValueError for counts and matrices that do not fit."""
         inputs = signals_of(self.inputs, context)
-        system = self.system(len(inputs))
-        n = len(system.D)
-        limit = UNLIMITED if self.limit is None else broadcast_gains(self.limit, n)
-        outputs = self.outputs or default_outputs(n)
-        return blocks.block(name, system, inputs, outputs, period=self.period, limit=limit, scaled=self.scaled)
+        law = self.system(len(inputs))
+        n, (p, m) = len(law.A), law.D.shape
+        limits = np.full(p, UNLIMITED) if self.limit is None else broadcast_gains(self.limit, p).copy()
+        channels = dict.fromkeys(self.outputs or default_outputs(p), "1")
+        if len(inputs) != m or len(channels) != p:
+            raise ValueError(
+                f"block {name!r} takes {m} inputs and gives {p} outputs; found {len(inputs)} inputs and "
+                f"{len(channels)} outputs"
+            )
+        if self.period is not None:
+            sampled = SampledLaw(discretised(law, self.period), limits, self.scaled, paths_of(inputs))
+            return Controller(name, sampled, self.period, sampled.paths, channels, memory=np.zeros(n))
+
+        def numbers(gain: float) -> Array:
+            matrices = (law.A, law.B, gain * law.C, gain * law.D)
+            return np.concatenate([[m, n, p, self.scaled], *(matrix.ravel() for matrix in matrices), limits])
+
+        controller = Effector(
+            name,
+            block_kernels.state_space,
+            states={f"x{k + 1}": "1" for k in range(n)},
+            inputs=tuple(inputs),
+            channels=channels,
+            parameters=numbers(1.0),
+            kind="controller",
+        )
+        return replace(controller, silent=partial(replace, controller, parameters=numbers(0.0)))
 
     def signals(self, name: str, context: Context, path: tuple[str, ...] = ()) -> list[str]:
         """Names of its outputs. Raises ValueError where their number depends on itself."""
@@ -147,10 +215,11 @@ class Pd(LinearBlock, heading="controllers"):
 
     per_input = True
 
-    def system(self, n: int) -> StateSpace:
+    def system(self, n: int) -> LinearLaw:
         """Its matrices for n inputs. Raises ValueError."""
         errors = error_count(n, self.kind)
-        return blocks.pd(broadcast_gains(self.stiffness, errors), broadcast_gains(self.damping, errors))
+        P, D = (np.diag(broadcast_gains(gains, errors)) for gains in (self.stiffness, self.damping))
+        return LinearLaw.gain(-np.hstack([P, D]))
 
 
 class Pid(LinearBlock, heading="controllers"):
@@ -167,14 +236,15 @@ class Pid(LinearBlock, heading="controllers"):
 
     per_input = True
 
-    def system(self, n: int) -> StateSpace:
+    def system(self, n: int) -> LinearLaw:
         """Its matrices for n inputs. Raises ValueError."""
-        errors = error_count(n, self.kind)
-        return blocks.pid(*(broadcast_gains(gains, errors) for gains in (self.stiffness, self.integral, self.damping)))
+        n = error_count(n, self.kind)
+        P, I, D = (np.diag(broadcast_gains(gains, n)) for gains in (self.stiffness, self.integral, self.damping))
+        return LinearLaw(np.zeros((n, n)), np.hstack([np.eye(n), np.zeros((n, n))]), -I, -np.hstack([P, D]))
 
 
 class LowPass(LinearBlock, heading="controllers"):
-    """A low-pass filter of every input."""
+    """A low-pass filter of every input: w / (s + w), or w^2 / (s^2 + 2 damping w s + w^2)."""
 
     kind: Literal["low_pass"] = "low_pass"
     """Selects this controller: a low-pass filter."""
@@ -187,9 +257,13 @@ class LowPass(LinearBlock, heading="controllers"):
 
     per_input = True
 
-    def system(self, n: int) -> StateSpace:
+    def system(self, n: int) -> LinearLaw:
         """Its matrices for n inputs. Raises ValueError."""
-        return blocks.low_pass(self.frequency, self.order, self.damping, n)
+        w = 2.0 * math.pi * self.frequency
+        if self.order == 1:
+            return LinearLaw.of([[-w]], [[w]], [[1.0]], [[0.0]]).repeated(n)
+        A = [[0.0, 1.0], [-w * w, -2.0 * self.damping * w]]
+        return LinearLaw.of(A, [[0.0], [w * w]], [[1.0, 0.0]], [[0.0]]).repeated(n)
 
 
 class Notch(LinearBlock, heading="controllers"):
@@ -206,9 +280,11 @@ class Notch(LinearBlock, heading="controllers"):
 
     per_input = True
 
-    def system(self, n: int) -> StateSpace:
+    def system(self, n: int) -> LinearLaw:
         """Its matrices for n inputs. Raises ValueError."""
-        return blocks.notch(self.frequency, self.width, self.depth, n)
+        w = 2.0 * math.pi * self.frequency
+        A, C = [[0.0, 1.0], [-w * w, -2.0 * self.width * w]], [[0.0, 2.0 * (self.depth - 1.0) * self.width * w]]
+        return LinearLaw.of(A, [[0.0], [1.0]], C, [[1.0]]).repeated(n)
 
 
 class LinearSystem(LinearBlock, heading="controllers"):
@@ -225,10 +301,10 @@ class LinearSystem(LinearBlock, heading="controllers"):
     D: MatrixRows | None = None
     """Feedthrough matrix. Default: zero."""
 
-    def system(self, n: int) -> StateSpace:
+    def system(self, n: int) -> LinearLaw:
         """Its matrices for n inputs. Raises ValueError."""
         D = self.D if self.D is not None else np.zeros((len(self.C), len(self.B[0])))
-        return blocks.state_space(self.A, self.B, self.C, D)
+        return LinearLaw.of(self.A, self.B, self.C, D)
 
 
 class Observer(LinearBlock, heading="controllers"):
@@ -247,9 +323,18 @@ class Observer(LinearBlock, heading="controllers"):
     correction: MatrixRows
     """Gain of the observer."""
 
-    def system(self, n: int) -> StateSpace:
+    def system(self, n: int) -> LinearLaw:
         """Its matrices for n inputs. Raises ValueError."""
-        return blocks.observer(self.A, self.B, self.C, self.feedback, self.correction)
+        A, B, C, K, L = map(np.array, (self.A, self.B, self.C, self.feedback, self.correction))
+        n, n_v, n_y = len(A), len(K), len(C)
+        shapes = {"A": (n, n), "B": (n, n_v), "C": (n_y, n), "feedback": (n_v, n), "correction": (n, n_y)}
+        for (name, shape), matrix in zip(shapes.items(), (A, B, C, K, L), strict=True):
+            if matrix.shape != shape:
+                raise ValueError(
+                    f"matrices of an observer do not fit: {name} has shape {matrix.shape}; with {n} states (rows of "
+                    f"A), {n_y} inputs (rows of C) and {n_v} outputs (rows of feedback) it needs {shape}"
+                )
+        return LinearLaw(A - B @ K - L @ C, L, -K, np.zeros((n_v, n_y)))
 
 
 class Gain(LinearBlock, heading="controllers"):
@@ -260,9 +345,9 @@ class Gain(LinearBlock, heading="controllers"):
     matrix: MatrixRows
     """Gain matrix, one row per output."""
 
-    def system(self, n: int) -> StateSpace:
+    def system(self, n: int) -> LinearLaw:
         """Its matrices for n inputs. Raises ValueError."""
-        return blocks.gain(self.matrix)
+        return LinearLaw.gain(self.matrix)
 
 
 class Allocation(LinearBlock, heading="controllers"):
@@ -273,9 +358,15 @@ class Allocation(LinearBlock, heading="controllers"):
     effect: MatrixRows
     """Effect of a unit of each command (columns) on each demand (rows); of a wheel's torque minus its axis."""
 
-    def system(self, n: int) -> StateSpace:
+    def system(self, n: int) -> LinearLaw:
         """Its matrices for n inputs. Raises ValueError."""
-        return blocks.allocation(self.effect)
+        E = np.array(self.effect)
+        if (rank := np.linalg.matrix_rank(E)) < len(E):
+            raise ValueError(
+                f"{E.shape[1]} actuators produce {rank} of {len(E)} demands independently; add actuators, or remove "
+                "demands"
+            )
+        return LinearLaw.gain(np.linalg.pinv(E))
 
 
 class MomentumManagement(LinearBlock, heading="controllers"):
@@ -288,9 +379,9 @@ class MomentumManagement(LinearBlock, heading="controllers"):
     effect: MatrixRows
     """Axes of the wheels as columns."""
 
-    def system(self, n: int) -> StateSpace:
+    def system(self, n: int) -> LinearLaw:
         """Its matrices for n inputs. Raises ValueError."""
-        return blocks.momentum_management(self.rate, self.effect)
+        return LinearLaw.gain(-self.rate * np.array(self.effect))
 
 
 class AttitudeFeedback(Block, heading="controllers"):
@@ -302,10 +393,10 @@ class AttitudeFeedback(Block, heading="controllers"):
     """Attitude sensor."""
     rate: str
     """Rate sensor with the same axes."""
-    stiffness: Gains
-    """Gain on the error, one number or one per axis."""
-    damping: Gains
-    """Gain on the rate, one number or one per axis."""
+    stiffness: AxisGains
+    """Gain on the error: one number, one per axis, or a matrix."""
+    damping: AxisGains
+    """Gain on the rate: one number, one per axis, or a matrix."""
     inertia: InertiaMatrix | None = None
     """Inertia of the gyroscopic torque that is compensated. Default: none."""
     momentum: list[str] | None = None
@@ -313,7 +404,7 @@ class AttitudeFeedback(Block, heading="controllers"):
     limit: Positive | None = None
     """Largest size of each component. Default: none."""
 
-    def controller(self, name: str, context: Context) -> Effector | Controller:
+    def controller(self, name: str, context: Context = ALONE) -> Effector | Controller:
         """The feedback between its two sensors. Raises ValueError for signals that are none of these."""
         for key, kind in (("error", "attitude"), ("rate", "rate")):
             source = getattr(self, key)
@@ -322,17 +413,34 @@ class AttitudeFeedback(Block, heading="controllers"):
                 raise ValueError(
                     f"found {key} = {source!r}, a sensor of kind {sensor.kind!r}; give one of kind {kind!r}"
                 )
-        return blocks.attitude_feedback(
-            name,
-            signals_of([self.error], context),
-            signals_of([self.rate], context),
-            broadcast_gains(self.stiffness, 3),
-            broadcast_gains(self.damping, 3),
-            inertia=None if self.inertia is None else np.array(self.inertia),
-            momentum=signals_of(self.momentum or [], context),
-            limit=UNLIMITED if self.limit is None else self.limit,
-            period=self.period,
+        P, D = _axis_matrix(self.stiffness), _axis_matrix(self.damping)
+        J = np.zeros((3, 3)) if self.inertia is None else np.array(self.inertia)
+        limit = UNLIMITED if self.limit is None else self.limit
+        error, rate, momentum = (
+            signals_of(given, context) for given in ([self.error], [self.rate], self.momentum or [])
         )
+        inputs = (*error, *rate, *momentum)
+        if [len(error), len(rate)] != [3, 3] or len(momentum) not in (0, 3):
+            raise ValueError(
+                f"block {name!r} takes three errors, three rates and three momenta or none; found {list(inputs)}"
+            )
+        channels = dict.fromkeys(self.signals(name, context), "N m")
+        if self.period is not None:
+            law = SampledAttitude(P, D, J, limit, paths_of(inputs))
+            return Controller(name, law, self.period, law.paths, channels)
+
+        def numbers(gain: float) -> Array:
+            return np.concatenate([[bool(momentum)], *(gain * matrix.ravel() for matrix in (P, D, J)), [limit]])
+
+        controller = Effector(
+            name,
+            block_kernels.attitude_feedback,
+            inputs=inputs,
+            channels=channels,
+            parameters=numbers(1.0),
+            kind="controller",
+        )
+        return replace(controller, silent=partial(replace, controller, parameters=numbers(0.0)))
 
     def signals(self, name: str, context: Context, path: tuple[str, ...] = ()) -> list[str]:
         """Names of its outputs."""
@@ -340,7 +448,10 @@ class AttitudeFeedback(Block, heading="controllers"):
 
 
 class Pulses(EffectorNoun, heading="controllers"):
-    """On-off commands whose mean over each period is demand / full."""
+    """On-off commands, 0 or 1, whose mean over each period is demand / full: pulse-width modulation at exact instants.
+
+    A demand drives the thruster of positive effect only: give each thruster a demand of its own, by an allocation.
+    """
 
     n_markers = 0
     label = "controller"
@@ -359,6 +470,8 @@ class Pulses(EffectorNoun, heading="controllers"):
     minimum_on: Annotated[float, Quantity("s", least=0.0)] = 0.0
     """Shortest pulse; shorter ones are left out."""
 
+    _outputs_differ = model_validator(mode="after")(_refuse_repeated_outputs)
+
     @model_validator(mode="after")
     def _pulse_is_shorter_than_period(self) -> Pulses:
         if self.minimum_on >= self.period:
@@ -368,8 +481,14 @@ class Pulses(EffectorNoun, heading="controllers"):
     def effectors(self, name: str, context: Context = ALONE) -> Sequence[Effector | Controller]:
         """The controller of that name. Raises ValueError for counts that do not fit."""
         inputs = signals_of(self.inputs, context)
+        if len(inputs) != len(self.outputs):
+            raise ValueError(
+                f"{name!r} has {len(inputs)} demands and {len(self.outputs)} outputs; give as many of both"
+            )
         full = broadcast_gains(self.full, len(inputs))
-        return (blocks.pulses(name, inputs, self.outputs, full, self.period, self.minimum_on),)
+        law = PulseWidths(paths_of(inputs), full, self.period, self.minimum_on)
+        memory = np.full(len(inputs) + 1, -1.0)
+        return (Controller(name, law, self.period, law.paths, dict.fromkeys(self.outputs, "1"), memory=memory),)
 
     def signals(self, name: str, context: Context, path: tuple[str, ...] = ()) -> list[str]:
         """Names of its commands."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any
 
-import numpy as np
 import pytest
 from support.effector_builders import (
     reaction_wheel,
@@ -15,7 +14,6 @@ from support.same_values import same_values
 from femflex.assembly import build_bodies
 from femflex.assembly.craft import build_craft
 from femflex.case import read_case
-from femflex.effectors import blocks
 
 TABLES = """
 [signals.level]
@@ -171,16 +169,7 @@ damping = 12
 
 
 def expected() -> dict[str, Any]:
-    share = blocks.allocation([[1, 0, 0, 0.5], [0, 1, 0, 0.5], [0, 0, 1, 0.5]])
-    inertia = np.array([[120.0, 1, 2], [1, 100, 3], [2, 3, 140]])
-    rates, turns = [f"rate.{axis}" for axis in "xyz"], [f"turn.{axis}" for axis in "xyz"]
     made = (
-        blocks.attitude_feedback("hold", turns, rates, [4, 5, 6], [7, 8, 9], inertia=inertia, limit=0.7, period=0.2),
-        blocks.block(
-            "smooth", blocks.low_pass(3, 2, 0.6, 2), ["rate.y", "rate.x"], ["b", "a"], limit=[2, 3], scaled=True
-        ),
-        blocks.block("share", share, ["hold.x", "hold.y", "hold.z"], ["y1", "y2", "y3", "y4"], period=0.3),
-        blocks.pulses("pulse", ["level.value", "smooth.a"], ["p", "q"], [2, 5], 0.5, 0.02),
         reaction_wheel(
             "one", "hub", 0.2, marker="left", axis=[1, 2, 2], torque="level.value", max_torque=0.3, max_speed=600,
             initial_speed=20, viscous=1e-4, coulomb=2e-3, coulomb_speed=0.05,

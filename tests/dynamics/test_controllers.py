@@ -11,21 +11,20 @@ from support.effector_builders import Sensor, reaction_wheel, signal, thruster
 from femflex.body.rigid import rigid_body
 from femflex.dynamics import compile_system
 from femflex.effectors import (
+    Allocation,
+    AttitudeFeedback,
+    LowPass,
+    Observer,
+    Pd,
+    Pid,
+    Pulses,
     Sampling,
-    allocation,
-    attitude_feedback,
-    block,
-    low_pass,
-    observer,
-    pd,
-    pid,
-    pulses,
     strain_sensor,
 )
 from femflex.effectors.sensor import noise_numbers
 from femflex.integrate import Dop853
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body
-from femflex.system import Effector, System, free, revolute, spherical, weld
+from femflex.system import Context, Effector, System, free, revolute, spherical, weld
 
 FINE = Dop853(rtol=1e-12, atol=1e-13)
 J = 5.0
@@ -53,14 +52,14 @@ def motor(command):
 
 
 ANGLE = Sensor("angle", "joint", freedom="axle.angle")
+TURN = {"inputs": ["angle.coordinate", "angle.rate"], "outputs": ["torque"]}
 
 
 def test_pd_and_pid_match_characteristic_equations():
     t = np.linspace(0.0, 4.0, 41)
-    signals = ("angle.coordinate", "angle.rate")
-    for law, states in ((pd(3.0, 4.0), 0), (pid(3.0, 1.0, 4.0), 1)):
-        loop = block("law", law, signals, {"torque": "N m"})
-        seen = run(axle(*ANGLE.effectors, loop, motor("law.torque")), t)
+    keys = {**TURN, "stiffness": 3.0, "damping": 4.0}
+    for law, states in ((Pd(**keys), 0), (Pid(**keys, integral=1.0), 1)):
+        seen = run(axle(*ANGLE.effectors, law.controller("law"), motor("law.torque")), t)
         A = np.array([[0.0, 1.0, 0.0], [-3.0 / J, -4.0 / J, -states / J], [1.0, 0.0, 0.0]])
         exact = np.array([expm(A * s) @ [0.3, 0.1, 0.0] for s in t])
         assert seen["q"][:, 0] == pytest.approx(exact[:, 0], abs=1e-10)
@@ -69,8 +68,8 @@ def test_pd_and_pid_match_characteristic_equations():
 def test_continuous_and_sampled_filter_response_to_ramp():
     ramp = signal("ramp", [0.0, 2.0], [0.0, 2.0])
     w = 2 * math.pi * 0.3
-    continuous = block("lp", low_pass(0.3), ["ramp.value"], ["y"])
-    sampled = block("slp", low_pass(0.3), ["ramp.value"], ["y"], period=0.1)
+    continuous = LowPass(inputs=["ramp.value"], frequency=0.3).controller("lp")
+    sampled = LowPass(inputs=["ramp.value"], frequency=0.3, period=0.1).controller("slp")
     t = np.linspace(0.0, 1.95, 40)
     seen = run(axle(ramp, continuous, sampled), t)
     assert seen["effectors/lp/y"] == pytest.approx(t - (1 - np.exp(-w * t)) / w, abs=1e-11)
@@ -85,7 +84,7 @@ def test_sampled_sensor_and_law_match_discrete_recursion():
     """Sensor, then law, at the same instants: the recursion of the double integrator with held torque."""
     period, kp, kd = 0.25, 3.0, 4.0
     sensor = replace(ANGLE, sampling=Sampling(period))
-    law = block("law", pd(kp, kd), ("angle.coordinate", "angle.rate"), {"torque": "N m"}, period=period)
+    law = Pd(**TURN, stiffness=kp, damping=kd, period=period).controller("law")
     for order in (slice(None), slice(None, None, -1)):
         parts = (*sensor.effectors, law, motor("law.torque"))[order]
         seen = run(axle(*parts), np.arange(9) * period)
@@ -99,7 +98,11 @@ def test_sampled_sensor_and_law_match_discrete_recursion():
 def test_observer_and_state_feedback_eigenvalues():
     A, B, C = np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.0], [1 / J]]), np.array([[1.0, 0.0]])
     K, L = np.array([[6.0, 8.0]]), np.array([[7.0], [12.0]])
-    law = block("law", observer(A, B, C, K, L), ["angle.coordinate"], {"torque": "N m"})
+    matrices = {
+        key: value.tolist()
+        for key, value in zip(("A", "B", "C", "feedback", "correction"), (A, B, C, K, L), strict=True)
+    }
+    law = Observer(inputs=["angle.coordinate"], outputs=["torque"], **matrices).controller("law")
     model = compile_system(axle(*ANGLE.effectors, law, motor("law.torque")))
     from femflex.dynamics.linear.equations import linearised
 
@@ -174,8 +177,12 @@ def test_quaternion_feedback_with_four_wheels():
     sensors = (Sensor("star", "attitude", "hub"), Sensor("gyro", "rate", "hub"))
     P, D = 0.5 * np.diag(inertia), 1.2 * np.diag(inertia)
     xyz = lambda name: [f"{name}.{a}" for a in "xyz"]  # noqa: E731
-    law = attitude_feedback("law", xyz("star"), xyz("gyro"), P, D, inertia=inertia)
-    share = block("share", allocation(-axes), xyz("law"), [f"w{k}" for k in range(4)])
+    hold = AttitudeFeedback(
+        error="star", rate="gyro", stiffness=P.tolist(), damping=np.diag(D).tolist(), inertia=inertia.tolist()
+    )
+    law = hold.controller("law", Context({"star": sensors[0].noun, "gyro": sensors[1].noun}))
+    effect = (-axes).tolist()
+    share = Allocation(inputs=xyz("law"), outputs=[f"w{k}" for k in range(4)], effect=effect).controller("share")
     wheels = [reaction_wheel(f"wheel{k}", "hub", 1e-6, axis=axes[:, k], torque=f"share.w{k}") for k in range(4)]
     effectors = (*sensors[0].effectors, *sensors[1].effectors, law, share, *wheels)
     e = 0.01
@@ -195,7 +202,7 @@ def test_quaternion_feedback_with_four_wheels():
 def test_pulse_modulation_gives_exact_impulse():
     """On for demand / full of each period: impulse exact, and pulses that are too short left out."""
     demand = signal("demand", [0.0, 0.5, 1.0, 1.5, 2.0], [0.6, 0.05, 3.0, -1.0, 0.4], "steps")
-    valve = pulses("valve", ["demand.value"], ["on"], 2.0, 0.5, minimum_on=0.05)
+    valve = Pulses(inputs=["demand.value"], outputs=["on"], full=2.0, period=0.5, minimum_on=0.05).effectors("valve")[0]
     jet = thruster("jet", "hub", 2.0, command="valve.on", switched=True)
     system = System({"hub": rigid_body(4.0, np.eye(3))}, (free("hub"),), effectors=(demand, valve, jet))
     t = np.linspace(0.0, 2.5, 51)

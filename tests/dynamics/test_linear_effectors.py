@@ -20,7 +20,7 @@ from femflex.dynamics import compile_system
 from femflex.dynamics.linear.equilibrium import equilibrium
 from femflex.dynamics.linear.increments import advanced
 from femflex.dynamics.linear.system_modes import modes_about
-from femflex.effectors import block, low_pass, pd
+from femflex.effectors import LowPass, Pd
 from femflex.reduction import BeamFunctions, Damping, UniformBeam, beam_body
 from femflex.studies.linear import linear_model, poles_of
 from femflex.system import System, free, weld, with_attached
@@ -31,7 +31,7 @@ J = np.diag([3.0, 4.0, 5.0])
 def controlled(stiffness=2.0, damping=1.5, beam=None):
     """A hub whose wheel about z follows a PD law of attitude and rate, maybe with a beam on it."""
     star, gyro = Sensor("star", "attitude", "hub"), Sensor("gyro", "rate", "hub")
-    law = block("law", pd(-stiffness, -damping), ("star.z", "gyro.z"), {"torque": "N m"})
+    law = Pd(inputs=["star.z", "gyro.z"], outputs=["torque"], stiffness=-stiffness, damping=-damping).controller("law")
     wheel = reaction_wheel("w", "hub", 0.5, torque="law.torque")
     bodies = {"hub": rigid_body(20.0, J, markers={"east": Marker.at(np.array([0.4, 0.0, 0.0]))})}
     joints = [free("hub")]
@@ -88,7 +88,7 @@ def test_linear_model_with_effectors_is_derivative_of_rate():
     boom = with_attached(random_body(np.random.default_rng(3), 2)[0], "c", 0.5, np.zeros((3, 3)))
     hub = rigid_body(20.0, J, markers={"nozzle": Marker.at(np.array([-0.4, 0.1, 0.0]))})
     gyro = Sensor("gyro", "rate", "hub")
-    smooth = block("filter", low_pass(0.8, 2), ("gyro.y",), {"torque": "N m"})
+    smooth = LowPass(inputs=["gyro.y"], outputs=["torque"], frequency=0.8, order=2).controller("filter")
     wheel = reaction_wheel("w", "hub", 0.5, axis=(0, 1, 0), torque="filter.torque", viscous=0.01, initial_speed=3.0)
     valve = signal("valve", [0.0, 5.0], [0.3, 0.9])
     jet = thruster("jet", "hub", 3.0, marker="nozzle", axis=(1, 0.2, 0), command="valve.value", lag=0.1,

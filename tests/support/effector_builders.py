@@ -131,6 +131,10 @@ class Sensor:
 
     @property
     def effectors(self):
+        return tuple(self.noun.effectors(self.name))
+
+    @property
+    def noun(self):
         keys = {
             key: getattr(self, key) for key in ("reference", "offset", "bandwidth", "axis", "aim", "signal", "bias")
         }
@@ -144,5 +148,4 @@ class Sensor:
         outputs = {"pointing": 1, "value": 1, "joint": 2}.get(self.kind, 3)
         if self.bias is not None:
             keys["bias"] = np.broadcast_to(np.asarray(self.bias, float), (3,))[:outputs]
-        sensor = effectors.Sensor(kind=self.kind, marker=self.marker, **keys_of(keys))
-        return tuple(sensor.effectors(self.name))
+        return effectors.Sensor(kind=self.kind, marker=self.marker, **keys_of(keys))

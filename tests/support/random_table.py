@@ -13,7 +13,7 @@ from femflex.body import MassMoments, StrainTensors
 from femflex.body.symmetric import packed_size
 from femflex.dynamics import Model, compile_system
 from femflex.dynamics.joints.places import prescribed_places
-from femflex.effectors import block, low_pass
+from femflex.effectors import LowPass
 from femflex.system import Frame, Load, Orbit, Spring, System, free, spherical, universal
 from support.effector_builders import Sensor, reaction_wheel
 from support.pointwise import Jet, Tree, const, equations, skew
@@ -307,7 +307,7 @@ def with_effectors() -> Problem:
     """A free tree with a wheel whose torque a filtered sensor commands, and a damped spring between two bodies."""
     system, clouds, state = random_tree(5, n_bodies=4, root=free)
     root, last = system.root, system.order[-1]
-    law = block("law", low_pass(2.0, 2, 0.7), ["gyro.x"], ["torque"])
+    law = LowPass(inputs=["gyro.x"], outputs=["torque"], frequency=2.0, order=2, damping=0.7).controller("law")
     wheel = reaction_wheel(
         "wheel", root, 0.4, axis=(0, 0, 1), marker="a", torque="law.torque", initial_speed=5.0, viscous=0.1
     )
