@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from femflex.arrays import Array
 from femflex.effectors.surfaces.forces import CENTRE, COUNT, FACETS, HEAD, inputs_of
-from femflex.effectors.surfaces.light import WIDTH, Light, light_on_facet
+from femflex.effectors.surfaces.light import WIDTH, LightForce, light_on_facet
 from femflex.effectors.surroundings.earth_disc import RINGS, SECTORS, disc_axes, disc_part
 from femflex.effectors.surroundings.noun import orbit_signals
 from femflex.effectors.surroundings.sun import AU, LIGHT_PRESSURE, SPEED_OF_LIGHT, Sun
@@ -31,7 +31,7 @@ from femflex.system.acting import Context
 ALBEDO, INFRARED, RADIUS = HEAD, HEAD + 1, HEAD + 2
 
 
-class EarthRadiation(Light, heading="earth_radiation"):
+class EarthRadiation(LightForce, heading="earth_radiation"):
     """Pressure of the Earth's radiation on the surfaces of bodies: reflected sunlight and infrared.
 
     The defaults are means over the globe and the year.

@@ -28,7 +28,7 @@ SIDE = 3  # numbers of a side: specular, diffuse, recoil of the heat radiation p
 WIDTH = REST + 2 * SIDE
 
 
-class Light(SurfaceForce):
+class LightForce(SurfaceForce):
     """A force of light on the surfaces of bodies."""
 
     def facet_numbers(self, facet: Facet) -> ArrayLike:

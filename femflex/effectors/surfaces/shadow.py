@@ -26,7 +26,7 @@ RIGID = np.zeros(0)  # amplitudes of a body without shapes
 Facets = Mapping[str, Sequence[Facet]]  # marker -> facets that move with it
 
 
-class Carried(NamedTuple):
+class PlacedFacet(NamedTuple):
     """A facet, the numbers of its marker and its body, and whether light acts on it."""
 
     facet: Facet
@@ -49,7 +49,7 @@ def shadow(
     order = [*lit, *(body for body in surfaces if body not in lit)]
     markers = [[whole_body(context, body).marker(marker) for marker in surfaces[body]] for body in order]
     carried = [
-        Carried(facet, marker, b, b < len(lit))
+        PlacedFacet(facet, marker, b, b < len(lit))
         for marker, (b, facets) in enumerate(
             (b, facets) for b in range(len(order)) for facets in surfaces[order[b]].values()
         )
@@ -81,7 +81,7 @@ def shadow(
     return Controller(name, law, period, sensors, commands, np.tile(WHOLE, n), np.ones(len(lit)), follows=True)
 
 
-def outlines_of(carried: Sequence[Carried]) -> tuple[Array, Array, Array, IntArray]:
+def outlines_of(carried: Sequence[PlacedFacet]) -> tuple[Array, Array, Array, IntArray]:
     """Outlines, radius, gaps and numbers of facets, those that are lit first, as `lit_parts` takes them."""
     counts = [len(each.facet.outlines) for each in carried]
     radius = [0.0 if each.facet.form == FLAT else each.facet.gap for each in carried]

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from femflex.arrays import Array
 from femflex.effectors.surfaces.forces import CENTRE, COUNT, FACETS, HEAD, inputs_of, surfaces_of_craft
-from femflex.effectors.surfaces.light import WIDTH, Light, light_on_facet
+from femflex.effectors.surfaces.light import WIDTH, LightForce, light_on_facet
 from femflex.effectors.surfaces.shadow import LIGHT, shadow
 from femflex.effectors.surroundings.sun import Sun
 from femflex.kernels.vectors import ZERO, add, cross, dot, load3, load9, scale, store3, turn, turn_back
@@ -26,7 +26,7 @@ from femflex.system.effector import Effector
 SHADED = HEAD  # whether the lit parts of facets are among its inputs
 
 
-class SolarPressure(Light, heading="solar_pressure"):
+class SolarPressure(LightForce, heading="solar_pressure"):
     """Pressure of sunlight on the surfaces of bodies."""
 
     sun: str = "sun"
