@@ -22,7 +22,7 @@ from femflex.reduction import (
     with_derivatives,
 )
 from femflex.studies import backbone
-from femflex.studies.harmonic_balance import FixedFrameMotion, HarmonicBalance
+from femflex.studies.backbone_curve import HarmonicBalance
 from femflex.system import System, weld
 
 H = 0.004
@@ -148,22 +148,26 @@ def test_strip_of_plates_hardens_and_softens(mode):
 
 
 @pytest.mark.slow
-def test_jacobian_of_harmonic_balance_is_the_derivative_of_the_unbalanced_forces():
-    motion, h = FixedFrameMotion(cantilever(y=3)), 4
-    angle, k = 2 * np.pi * np.arange(64) / 64, np.arange(h)
-    cosine, sine = np.cos(np.outer(angle, k)), np.sin(np.outer(angle, k))
+def test_forces_of_harmonic_balance_are_derivatives_of_the_mean_lagrangian():
+    """Rates of all shapes by Fourier series of their amplitudes, derivatives by differences."""
+    body, h, t = cantilever(y=3), 4, 64
+    balance, cosine = HarmonicBalance(body, np.zeros(6), h), np.cos(np.outer(2 * np.pi * np.arange(t) / t, range(h)))
 
-    def unbalanced(x):
-        c = x[:-1].reshape(h, -1)
-        q, q1, q2 = cosine @ c, -(sine * k) @ c, -(cosine * k**2) @ c
-        forces = motion.elastic(q) + x[-1] ** 2 * motion.inertia(q, q1, q2)
-        return (np.where(k, 2, 1)[:, None] * (cosine.T @ forces) / 64).ravel()
+    def lagrangian(x):
+        q = cosine @ x[:-1].reshape(h, -1)
+        eta = np.stack([body.amplitudes(row) for row in q])
+        rate = np.fft.irfft(1j * np.arange(t // 2 + 1)[:, None] * np.fft.rfft(eta, axis=0), t, axis=0)
+        kinetic = x[-1] ** 2 * np.einsum("ta,ab,tb->t", rate, body.moments.elastic_mass(), rate) / 2
+        return np.mean([body.strain.energy(row) for row in q] - kinetic)
 
     x = np.append(0.1 * np.random.default_rng(3).normal(size=3 * h), 3.0)
-    found = HarmonicBalance(motion, np.zeros(motion.mass.shape[0])).jacobian(x[:-1].reshape(h, -1), x[-1])[:-1]
+    elastic, inertia, jacobian = balance.forces(x)
     steps = 1e-5 * np.eye(len(x))
-    expected = np.stack([(unbalanced(x + step) - unbalanced(x - step)) / 2e-5 for step in steps], axis=1)
-    assert found == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
+    expected = [(lagrangian(x + step) - lagrangian(x - step)) / 2e-5 for step in steps[:-1]]
+    assert (elastic + inertia).ravel() == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
+    forces = [[sum(balance.forces(x + sign * step)[:2]).ravel() for sign in (1, -1)] for step in steps]
+    expected = np.stack([(up - down) / 2e-5 for up, down in forces], axis=1)
+    assert jacobian == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
 
 
 def test_condensed_motion_is_periodic_in_the_compiled_equations():
