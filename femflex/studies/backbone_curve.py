@@ -120,9 +120,10 @@ def backbone(body: FlexibleBody, mode: int, amplitudes: Sequence[float], harmoni
     points, gaps, reached, problem = _followed(HarmonicBalance(body, row, len(rest)), rest, small, rising.tolist())
     curve = None
     if reached:
-        columns = (np.array([getattr(v, key) for v in reached]) for key in ("amplitude", "omega", "harmonics"))
+        omega, c = (np.array([getattr(vibration, key) for vibration in reached]) for key in ("omega", "harmonics"))
+        sizes, place = np.array([vibration.amplitude for vibration in reached]), body.skin.points[point]
         tongues = np.array(gaps).reshape(-1, 2)
-        curve = Backbone(mode, small, body.skin.points[point], direction, *columns, tuple(points), tongues)
+        curve = Backbone(mode, small, place, direction, sizes, omega, c, tuple(points), tongues)
     if problem or curve is None:
         gap_text = "between amplitudes of {:.4g} and {:.4g} m a higher harmonic is in internal resonance with another"
         raise BackboneError(problem or gap_text.format(*gaps[-1]) + " mode; request amplitudes below or above", curve)
