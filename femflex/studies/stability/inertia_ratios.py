@@ -7,15 +7,12 @@ With 1 roll, 2 pitch, 3 yaw (Hughes, Spacecraft attitude dynamics, sec. 9.2):
 The rigid craft at rest in its orbit is stable where k_roll > k_yaw (pitch), k_roll k_yaw > 0 and
 1 + 3 k_roll + k_roll k_yaw > 4 sqrt(k_roll k_yaw) (roll and yaw): Lagrange's region k_roll > k_yaw > 0, in which the
 stiffness is positive definite, and the region of DeBra and Delp with both ratios negative.
-
-M, D and K about one state are affine in the moments of inertia of a rigid body. Where the equilibrium does not depend
-on the ratios, three linearisations, at the craft's own roll and yaw inertia and a step along either, hold for every
-point of a chart (`AffineChart`, which takes a thirtieth of the time of single ones).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -29,18 +26,11 @@ from femflex.dynamics.linear.freedoms import frame_rate, usual_sizes
 from femflex.dynamics.linear.small_motions import growth_threshold, spectrum
 from femflex.pipeline.linear_motion import nominal_state
 from femflex.rotations import dcm_from_quaternion
-from femflex.studies.stability.judgement import (
-    GYROSCOPIC,
-    STATIC,
-    UNSTABLE,
-    Judgement,
-    is_positive_definite,
-    no_judgement,
-)
+from femflex.studies.stability.judgement import Judgement, judgement_of_matrices, no_judgement
 from femflex.system import System
 
 STEP = 0.5  # of the pitch inertia: that of the roll and yaw inertia between the linearisations
-BALANCED = 1e-9  # forces left at the common state, over the inertia times the square of the orbit's rate
+AFFINE = 1e-7  # of the largest entries: deviation of a fourth linearisation from what the three give
 
 
 def known_curves(names: tuple[str, str]) -> list[tuple[str, Array]]:
@@ -57,10 +47,7 @@ def known_curves(names: tuple[str, str]) -> list[tuple[str, Array]]:
 
 
 def moments_from_ratios(k_roll: float, k_yaw: float, pitch: float) -> tuple[float, float, float]:
-    """I_roll, I_pitch, I_yaw [kg m^2] of these ratios.
-
-    Raises ValueError for ratios that no body has: beyond -1 and 1.
-    """
+    """I_roll, I_pitch, I_yaw [kg m^2] of these ratios. Raises ValueError for ratios beyond -1 and 1."""
     if not (abs(k_roll) < 1 and abs(k_yaw) < 1):
         raise ValueError(f"no body has k_roll = {k_roll:g} and k_yaw = {k_yaw:g}; both lie between -1 and 1")
     denominator = 1 - k_roll * k_yaw
@@ -82,13 +69,16 @@ def craft_inertia(system: System) -> tuple[Array, dict[str, Array]]:
     C_NO = dcm_from_quaternion(channels["orbit/attitude"][0])
     C_OB, total, mass, first_moment = {}, np.zeros((3, 3)), 0.0, np.zeros(3)
     for name, body in system.bodies.items():
-        C = C_NO.T @ dcm_from_quaternion(channels[f"bodies/{name}/attitude"][0])
-        r = C_NO.T @ channels[f"bodies/{name}/position"][0]
-        m, s = body.moments.mass, C @ body.moments.first[0]
-        steiner = 2 * (r @ s) * np.eye(3) - np.outer(r, s) - np.outer(s, r)
-        total += C @ body.moments.inertia() @ C.T + steiner + m * (r @ r * np.eye(3) - np.outer(r, r))
-        mass, first_moment, C_OB[name] = mass + m, first_moment + s + m * r, C
-    return total - (first_moment @ first_moment * np.eye(3) - np.outer(first_moment, first_moment)) / mass, C_OB
+        C_OB[name] = C = C_NO.T @ dcm_from_quaternion(channels[f"bodies/{name}/attitude"][0])
+        r, m, s = C_NO.T @ channels[f"bodies/{name}/position"][0], body.moments.mass, C @ body.moments.first[0]
+        total += C @ body.moments.inertia() @ C.T + _inertia(r, 2 * s + m * r)
+        mass, first_moment = mass + m, first_moment + s + m * r
+    return total - _inertia(first_moment, first_moment / mass), C_OB
+
+
+def _inertia(r: Array, s: Array) -> Array:
+    """Inertia (3, 3) [kg m^2] of first moments s (3,) [kg m] at r (3,) [m]."""
+    return r @ s * np.eye(3) - (np.outer(r, s) + np.outer(s, r)) / 2
 
 
 def present_ratios(system: System) -> tuple[float, float]:
@@ -102,89 +92,74 @@ def with_ratios(system: System, body: str, k_roll: float, k_yaw: float) -> Syste
 
     Raises ValueError where that body would have moments that no body has.
     """
-    return _with_inertia(system, body, _ratio_inertia(system, body, craft_inertia(system), k_roll, k_yaw))
+    return _with_ratios(system, body, craft_inertia(system), k_roll, k_yaw)
 
 
-def _ratio_inertia(
+def _with_ratios(
     system: System, body: str, craft: tuple[Array, dict[str, Array]], k_roll: float, k_yaw: float
-) -> Array:
-    """Inertia (3, 3) [kg m^2] about its origin of the rigid body that gives the craft these ratios."""
+) -> System:
+    current = craft[0]
+    roll, pitch, yaw = moments_from_ratios(k_roll, k_yaw, float(current[0, 0]))
+    changed = _with_inertia(system, body, craft, np.diag([pitch, yaw, roll]) - current)
+    moments = changed.bodies[body].moments
+    center = moments.center_of_mass()
+    try:
+        rigid_body(moments.mass, moments.inertia() - moments.mass * _inertia(center, center), center)
+    except ValueError as error:
+        raise ValueError(f"k_roll = {k_roll:g} and k_yaw = {k_yaw:g} cannot be had by {body!r}: {error}") from None
+    return changed
+
+
+def _with_inertia(system: System, body: str, craft: tuple[Array, dict[str, Array]], more: Array) -> System:
+    """The system with more inertia (3, 3) [kg m^2] of the craft, by that of a rigid body."""
     if body not in system.bodies or system.bodies[body].n_modes:
         rigid = [name for name, candidate in system.bodies.items() if not candidate.n_modes]
         raise ValueError(f"the craft has no rigid body {body!r}; its rigid bodies are {', '.join(rigid)}")
-    (current, C_OB), moments = craft, system.bodies[body].moments
-    roll, pitch, yaw = moments_from_ratios(k_roll, k_yaw, float(current[0, 0]))
-    inertia = moments.inertia() + C_OB[body].T @ (np.diag([pitch, yaw, roll]) - current) @ C_OB[body]
-    inertia, center = (inertia + inertia.T) / 2, moments.first[0] / moments.mass
-    steiner = moments.mass * (center @ center * np.eye(3) - np.outer(center, center))
-    try:
-        rigid_body(moments.mass, inertia - steiner, center)
-    except ValueError as error:
-        raise ValueError(f"k_roll = {k_roll:g} and k_yaw = {k_yaw:g} cannot be had by {body!r}: {error}") from None
-    return inertia
+    candidate, C = system.bodies[body], craft[1][body]
+    inertia = candidate.moments.inertia() + C.T @ more @ C
+    second = (np.trace(inertia) / 2 * np.eye(3) - (inertia + inertia.T) / 2)[None, :, None, :]
+    moments = MassMoments(candidate.moments.mass, candidate.moments.first, second)
+    return replace(system, bodies={**system.bodies, body: replace(candidate, moments=moments)})
 
 
-def _with_inertia(system: System, body: str, inertia: Array) -> System:
-    """The system with another inertia (3, 3) [kg m^2] of a rigid body about its origin."""
-    candidate = system.bodies[body]
-    second = (np.trace(inertia) / 2 * np.eye(3) - inertia)[None, :, None, :]
-    changed = replace(candidate, moments=MassMoments(candidate.moments.mass, candidate.moments.first, second))
-    return replace(system, bodies={**system.bodies, body: changed})
+def affine_judge(
+    system: System, body: str, omitted: tuple[str, ...] = ()
+) -> Callable[[float, float], Judgement] | None:
+    """The judgement over the ratios; None where M, D and K are not affine in the moments of inertia, or is neutral.
 
-
-@dataclass(frozen=True, eq=False)
-class AffineChart:
-    """Judgements over the ratios from M, D and K (3, n, n) at the craft's own inertia and a step along roll and yaw.
-
-    craft  inertia along pitch, yaw and roll, and C_OB of every body;  sizes (n,) usual sizes of the coordinates
-    rate   of the orbit [rad/s]
+    Three linearisations, at the craft's own roll and yaw inertia and a step along either, then hold for every point of
+    a chart, in a thirtieth of the time of single ones; a fourth confirms it.
     """
-
-    system: System
-    body: str
-    craft: tuple[Array, dict[str, Array]]
-    matrices: tuple[Array, Array, Array]
-    sizes: Array
-    rate: float
-
-    @classmethod
-    def from_system(cls, system: System, body: str, omitted: tuple[str, ...] = ()) -> AffineChart | None:
-        """The equations of a craft; None where its equilibrium depends on the ratios, or is neutral."""
-        craft = craft_inertia(system)
-        C, step = craft[1][body], STEP * float(craft[0][0, 0])
-        base = _ratio_inertia(system, body, craft, *present_ratios(system))
-        inertias = [base + C.T @ np.diag([0.0, *change]) @ C for change in ((0.0, 0.0), (0.0, step), (step, 0.0))]
-        systems = [_with_inertia(system, body, inertia) for inertia in inertias]
-        if omitted:
-            systems = [compile_system(variant).without(*omitted).system for variant in systems]
+    craft = craft_inertia(system)
+    pitch, own_yaw, own_roll = np.diag(craft[0]).tolist()
+    blocks = []
+    for a, b in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)):
+        moments = np.diag([pitch, own_yaw + b * STEP * pitch, own_roll + a * STEP * pitch])
+        variant = _with_inertia(system, body, craft, moments - craft[0])
         try:
-            about = rest_equilibrium(systems[0])[0]
+            about = rest_equilibrium(compile_system(variant).without(*omitted).system if omitted else variant)[0]
         except (EquilibriumError, ValueError):
             return None
         if about.neutral or about.motions.known or about.motions.driven or about.moving.loops or about.moving.varying:
             return None
-        models = [compile_system(_with_inertia(about.moving, body, inertia)) for inertia in inertias]
-        sizes, rate = usual_sizes(about.model), frame_rate(about.moving)
-        inertia = float(np.abs(np.diag(models[0].mass_matrix(0.0, about.x)) * sizes**2).max(initial=0.0))
-        residuals = [float(np.abs(model.bias(0.0, about.x) * sizes).max(initial=0.0)) for model in models]
-        if max(residuals) > BALANCED * rate**2 * inertia:
-            return None
-        linear = [linearised(model, 0.0, about.x) for model in models]
-        M, D, K = (np.array([getattr(each, key) for each in linear]) for key in "MDK")
-        return cls(system, body, craft, (M, D, K), sizes[linear[0].free], rate)
+        linear = linearised(compile_system(about.moving), 0.0, about.x)
+        sizes, rate = usual_sizes(about.model)[linear.free], frame_rate(about.moving)
+        blocks.append(np.array([linear.M, linear.D, linear.K]))
+    base, of_roll, of_yaw = blocks[0], blocks[1] - blocks[0], blocks[2] - blocks[0]
+    scales = np.outer(sizes, sizes) * np.array([1.0, 1.0 / rate, 1.0 / rate**2])[:, None, None]
+    misfit = np.abs((blocks[3] - base - of_roll - of_yaw) * scales)
+    if misfit.max() > AFFINE * np.abs(base * scales).max():
+        return None
 
-    def __call__(self, k_roll: float, k_yaw: float) -> Judgement:
-        """The judgement at these ratios, none where the body cannot have them."""
-        pitch, own_yaw, own_roll = (float(moment) for moment in np.diag(self.craft[0]))
+    def judge(k_roll: float, k_yaw: float) -> Judgement:
         try:
-            _ratio_inertia(self.system, self.body, self.craft, k_roll, k_yaw)
+            _with_ratios(system, body, craft, k_roll, k_yaw)
         except ValueError as error:
             return no_judgement(" ".join(str(error).split()))
         roll, _, yaw = moments_from_ratios(k_roll, k_yaw, pitch)
-        a, b = ((moment - own) / (STEP * pitch) for moment, own in ((roll, own_roll), (yaw, own_yaw)))
-        M, D, K = (P[0] + a * (P[1] - P[0]) + b * (P[2] - P[0]) for P in self.matrices)
+        M, D, K = base + ((roll - own_roll) * of_roll + (yaw - own_yaw) * of_yaw) / (STEP * pitch)
         values = spectrum(M, D, K)
-        growth = float(values.real.max(initial=0.0))
-        if (values.real > growth_threshold(values, self.rate)).any():
-            return Judgement(UNSTABLE, growth, values)
-        return Judgement(STATIC if is_positive_definite(M, K, self.sizes, self.rate) else GYROSCOPIC, growth, values)
+        stable = not (values.real > growth_threshold(values, rate)).any()
+        return judgement_of_matrices(values, stable, M * scales[0], K * scales[2])
+
+    return judge

@@ -24,9 +24,7 @@ KINDS = {
     STATIC: "stable",
 }
 ALIKE = 1e-6  # relative distance of a pole to the eigenvalue of a mode up to which it has the mode's name
-DEFINITE = (
-    1e-9  # of the square of the orbit's rate times the largest inertia: a stiffness above minus this counts as zero
-)
+DEFINITE = 1e-9  # of the orbit's rate squared times the largest inertia: a stiffness above minus this counts as zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,29 +94,27 @@ def equilibrium_stability(system: System) -> Judgement:
     except (EquilibriumError, ValueError) as error:
         return no_judgement(str(error), isinstance(error, EquilibriumError))
     values = about.eigenvalues
-    growth = float(values.real.max(initial=0.0))
-    if not about.stable:
-        return Judgement(UNSTABLE, growth, values, about=about)
-    if about.model.system.frame.kind != "orbital":
-        return Judgement(STATIC, growth, values, about=about)
+    if not about.stable or about.model.system.frame.kind != "orbital":
+        kind = STATIC if about.stable else UNSTABLE
+        return Judgement(kind, float(values.real.max(initial=0.0)), values, about=about)
     linear = linearised(about.model, 0.0, about.x)
-    sizes = usual_sizes(about.model)[linear.free]
-    rate = frame_rate(about.model.system)
-    return Judgement(
-        STATIC if is_positive_definite(linear.M, linear.K, sizes, rate) else GYROSCOPIC, growth, values, about=about
-    )
+    sizes, rate = usual_sizes(about.model)[linear.free], frame_rate(about.model.system)
+    M, K = linear.M * np.outer(sizes, sizes), linear.K * np.outer(sizes, sizes) / rate**2
+    return judgement_of_matrices(values, True, M, K, about)
 
 
-def is_positive_definite(M: Array, K: Array, sizes: Array, rate: float) -> bool:
-    """Whether the stiffness K (n, n) is positive definite, but for rounding, in an orbit of a rate [rad/s].
+def judgement_of_matrices(
+    values: ComplexArray, stable: bool, M: Array, K: Array, about: Equilibrium | None = None
+) -> Judgement:
+    """The judgement of poles in orbit: stable ones are due to gyroscopic forces unless K is positive definite.
 
-    sizes (n,): usual sizes of the coordinates.
+    M, K (n, n): mass and stiffness over the square of the orbit's rate, scaled by the usual sizes of coordinates
     """
-    if not len(K):
-        return True
-    energy = (K + K.T) / 2 * np.outer(sizes, sizes)
-    scale = rate**2 * np.abs(M * np.outer(sizes, sizes)).max()
-    return bool(np.linalg.eigvalsh(energy)[0] >= -DEFINITE * scale)
+    kind = UNSTABLE
+    if stable:
+        least = np.linalg.eigvalsh((K + K.T) / 2)[0] if len(K) else 0.0
+        kind = STATIC if least >= -DEFINITE * np.abs(M).max(initial=0.0) else GYROSCOPIC
+    return Judgement(kind, float(values.real.max(initial=0.0)), values, about=about)
 
 
 def motion_stability(system: System, period: float, shooting: bool = False) -> Judgement:

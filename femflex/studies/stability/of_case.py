@@ -12,7 +12,7 @@ from femflex.case.stability import RATIOS, AxisTable, StabilityTable
 from femflex.dynamics import compile_system
 from femflex.noun.problems import CaseError, Problem
 from femflex.studies.stability.chart import Chart, stability_chart
-from femflex.studies.stability.inertia_ratios import AffineChart, present_ratios, with_ratios
+from femflex.studies.stability.inertia_ratios import affine_judge, present_ratios, with_ratios
 from femflex.studies.stability.judgement import Judgement, equilibrium_stability, motion_stability, no_judgement
 from femflex.studies.stability.locus import Locus, stability_locus
 from femflex.studies.varied_case import VariedCase
@@ -87,7 +87,7 @@ class _Judge:
     table: StabilityTable
     omitted: tuple[str, ...]
     base: System | None
-    affine: AffineChart | None = None
+    affine: Callable[[float, float], Judgement] | None = None
 
     @classmethod
     def from_case(cls, case: Case, table: StabilityTable, omitted: tuple[str, ...]) -> _Judge:
@@ -97,7 +97,7 @@ class _Judge:
         varied = VariedCase.from_paths(case, [])
         base = varied.system({})
         with_ratios(base, table.inertia, *present_ratios(base))
-        affine = AffineChart.from_system(base, table.inertia, omitted) if table.of == "equilibrium" else None
+        affine = affine_judge(base, table.inertia, omitted) if table.of == "equilibrium" else None
         return cls(varied, table, omitted, base, affine)
 
     def __call__(self, *values: float) -> Judgement:
