@@ -17,7 +17,7 @@ from femflex.cli.verb import print_error, verb
 
 if TYPE_CHECKING:
     from femflex.case import Case
-    from femflex.studies import Convergence, Finding, FunctionStudy, Point, StrainStudy, Study
+    from femflex.studies import Comparison, Convergence, Finding, Point, Study
 
 LEVEL = (
     "modes per body; coordinates are those of all bodies, with the static shapes that femflex adds for the loads and "
@@ -123,12 +123,13 @@ def run_study(
         def progress(fraction: float) -> None:
             report(float(round(100.0 * fraction)))
 
-        if over == "strain":
-            compared = strain_forms(case, tolerance, progress)
+        if compares:
+            compared = (
+                strain_forms(case, tolerance, progress)
+                if over == "strain"
+                else function_kinds(case, levels, tolerance, progress)
+            )
             return compared, tuple(compared.own), None
-        if over == "functions":
-            types = function_kinds(case, levels, tolerance, progress)
-            return types, tuple(types.case_kinds), None
         study = plan_study(case, over, levels)  # type: ignore[arg-type]  # another word is refused there
         points, stopped = computed_points(study, progress)
     if all(point.problem for point in points):
@@ -191,42 +192,33 @@ def draw_findings(findings: list[Finding], kind: str, path: Path, theme: str, fo
 
 def print_finding(study: Finding) -> None:
     """Print the table of one study, and its verdict."""
-    from femflex.studies import FunctionStudy, StrainStudy
+    from femflex.studies import Comparison
 
     print_title(f"{study.title} [{study.unit}]" if study.unit not in ("", "1") else study.title)
-    if isinstance(study, StrainStudy):
-        print_forms(study)
-    elif isinstance(study, FunctionStudy):
-        print_kinds(study)
+    if isinstance(study, Comparison):
+        print_options(study)
     else:
         print_levels(study)
     print_line("verdict", study.verdict)
 
 
-def print_forms(study: StrainStudy) -> None:
-    """Print the comparison of the three forms of strain."""
-    numbers = [("value", ".12g"), ("difference", ".2e"), ("seconds", ".3g")]
-    heads = ["strain", "coordinates", "vibration", "derivatives", "dependent", *numbers, ""]
-    rows = [
-        [
-            form.strain, form.coordinates, form.coordinates - form.derivatives, form.derivatives, form.followers,
-            form.value, study.difference(form), form.seconds, "<-" if form.strain == study.recommended else "",
-        ]
-        for form in study.forms
-    ]  # fmt: skip
-    print_table(heads, rows, name="rows")
-
-
-def print_kinds(study: FunctionStudy) -> None:
-    """Print the comparison of types of functions."""
-    rows = []
-    for kind, levels in study.with_values:
-        differences = study.differences(levels) if study.reference is not None else levels.values * 0.0
-        marks = ["<-" if study.choice == (kind, int(level)) else "" for level in levels.levels]
-        columns = levels.levels, levels.counts, levels.values, differences, marks
-        rows += [[kind, *row] for row in zip(*columns, strict=True)]
-    heads = ["functions", "a field", "coordinates", ("value", ".12g"), ("difference", ".2e"), ""]
-    print_table(heads, rows, name="rows")
+def print_options(study: Comparison) -> None:
+    """Print the values of forms of strain, or of types of functions over their number."""
+    of_functions, rows = study.over == "functions", list[list[Any]]()
+    for option in study.with_values:
+        for point, difference in zip(option.points, study.differences(option), strict=True):
+            mark = "<-" if study.choice == (option.name, point.level) else ""
+            numbers: list[Any] = [point.level, point.count]
+            if not of_functions:
+                numbers = [point.count, point.count - point.derivatives, point.derivatives, point.followers]
+            rows.append([
+                option.name, *numbers, point.value, difference, *[option.seconds] * (not of_functions), mark
+            ])  # fmt: skip
+    heads = ["functions", "a field", "coordinates"]
+    if not of_functions:
+        heads = ["strain", "coordinates", "vibration", "derivatives", "dependent"]
+    results = [("value", ".12g"), ("difference", ".2e"), *[("seconds", ".3g")] * (not of_functions)]
+    print_table([*heads, *results, ""], rows, name="rows")
 
 
 def print_levels(study: Convergence) -> None:

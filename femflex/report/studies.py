@@ -18,9 +18,8 @@ from femflex.view.theme import THEMES
 from femflex.writing import atomic_file
 
 if TYPE_CHECKING:
-    from femflex.arrays import Array
     from femflex.dynamics.linear.system_modes import SystemModes
-    from femflex.studies import Convergence, FunctionStudy, StrainStudy
+    from femflex.studies import Finding
     from femflex.studies.campbell import Campbell
     from femflex.studies.stability import Chart
     from femflex.studies.stability.of_case import CaseStability
@@ -36,36 +35,35 @@ def write_page(page: Page, path: str | Path, force: bool) -> None:
         part.write_text(page.html(), encoding="utf-8")
 
 
-def write_convergence_report(
-    findings: Sequence[Convergence | StrainStudy | FunctionStudy], verdict: str, path: str | Path, force: bool = False
-) -> None:
+def write_convergence_report(findings: Sequence[Finding], verdict: str, path: str | Path, force: bool = False) -> None:
     """Write studies of `femflex converge`: for each its table, errors over coordinates, and verdict."""
+    from femflex.studies import Convergence
+
     page = Page(f"Convergence of {findings[0].title}", [verdict] if len(findings) > 1 else [])
     for finding in findings:
         unit = "" if finding.unit in ("", "1") else f", {finding.unit}"
-        heading, studies = f"Over {finding.over}", list[tuple[str, Convergence]]()
-        if isinstance(finding, StrainStudy):
-            rows = [(form.strain, form.coordinates, form.value, finding.difference(form)) for form in finding.forms]
-            page.add(heading, table(["strain", "coordinates", f"value{unit}", "difference"], rows))
+        heading = f"Over {finding.over}"
+        heads = [finding.over, "level", "coordinates", f"value{unit}", "difference"]
+        if isinstance(finding, Convergence):
+            errors = finding.errors > 0.0
+            curves = [("estimated error", finding.counts[errors].astype(float), finding.errors[errors])]
+            heads = [finding.over, "coordinates", f"value{unit}", "change", "error"]
+            columns = finding.levels, finding.counts, finding.values, finding.changes, finding.errors
+            rows = list(zip(*columns, strict=True))
         else:
-            studies = finding.with_values if isinstance(finding, FunctionStudy) else [("", finding)]
-        curves = [(name or "estimated error", *_errors(study)) for name, study in studies]
-        if any(len(curve[1]) for curve in curves):
-            figure = lines(curves, "elastic coordinates", f"estimated error{unit}", marks=True, type="log")
+            curves, rows = [], []
+            for option in finding.with_values:
+                off = finding.differences(option)
+                curves.append((option.name, option.counts[off > 0].astype(float), off[off > 0]))
+                levels = [point.level for point in option.points]
+                rows += zip([option.name] * len(off), levels, option.counts, option.values, off, strict=True)
+        if any(len(curve[1]) > 1 for curve in curves):
+            figure = lines(curves, "elastic coordinates", heads[-1], marks=True, type="log")
             figure["layout"]["xaxis"]["type"] = "log"
             page.add_plots(heading, [figure])
-        for name, study in studies:
-            heads = [finding.over if not name else name, "coordinates", f"value{unit}", "change", "error"]
-            columns = study.levels, study.counts, study.values, study.changes, study.errors
-            page.add(f"{heading} {name}".strip(), table(heads, zip(*columns, strict=True)))
+        page.add(heading, table(heads, rows))
         page.add("Verdict", paragraphs([finding.verdict]))
     write_page(page, path, force)
-
-
-def _errors(study: Convergence) -> tuple[Array, Array]:
-    """Elastic coordinates and estimated errors of the levels that have one above zero."""
-    positive = study.errors > 0.0
-    return study.counts[positive].astype(float), study.errors[positive]
 
 
 def write_campbell_report(diagram: Campbell, path: str | Path, scale: float, unit: str, force: bool = False) -> None:

@@ -3,30 +3,30 @@
 from __future__ import annotations
 
 from femflex.studies.backbone_curve import Backbone, BackboneError, backbone
-from femflex.studies.convergence import Convergence, assess_convergence, convergence
-from femflex.studies.function_kinds import FunctionKind, FunctionStudy, function_kinds
-from femflex.studies.series import (
+from femflex.studies.comparison import (
+    Comparison,
     Finding,
+    Option,
     check_studies,
+    function_kinds,
     recommendation_text,
     recommended_level,
+    strain_forms,
     with_recommended_level,
 )
-from femflex.studies.strain_forms import StrainForm, StrainStudy, strain_forms
+from femflex.studies.convergence import Convergence, assess_convergence, convergence
 from femflex.studies.study import Point, Study, plan_study
 from femflex.studies.trend import Law, Trend, extrapolated, mesh_trend, mode_trend, observed_order
 
 __all__ = [
     "Backbone",
     "BackboneError",
+    "Comparison",
     "Convergence",
     "Finding",
-    "FunctionKind",
-    "FunctionStudy",
     "Law",
+    "Option",
     "Point",
-    "StrainForm",
-    "StrainStudy",
     "Study",
     "Trend",
     "assess_convergence",

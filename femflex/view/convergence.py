@@ -20,32 +20,33 @@ if TYPE_CHECKING:
 VARIED = {"mesh": "finer meshes", "derivatives": "derivative shapes"}  # otherwise the word of the study
 WIDE, COLUMN, HEIGHT = 9.0, 5.2, 7.2  # inches: width of a single study, of a column of several, height
 LETTERS = 14.2  # of a line of text, in an inch
-STRAIN, FUNCTIONS = "strain", "functions"
+COMPARED = ("strain", "functions")  # studies that compare options
 LEAST = 1e-12  # relative difference below which it is rounding and is not drawn
 
 
 def plot_studies(studies: Sequence[Any], path: str | Path, words: str = "", **options: Unpack[PlotOptions]) -> Path:
     """Path of a picture (.png or .svg) with a column for each study: values above, errors or costs below.
 
-    studies are of `femflex.studies` (Convergence, StrainStudy, FunctionStudy); words are set below several, and the
+    studies are of `femflex.studies` (Convergence, Comparison); words are set below several, and the
     verdict below a single one.
     """
-    single = len(studies) == 1 and studies[0].over not in (STRAIN, FUNCTIONS)
+    single = len(studies) == 1 and studies[0].over not in COMPARED
     heading = f"{studies[0].title[0].upper()}{studies[0].title[1:]}"
     if single:
         heading += f" over {VARIED.get(studies[0].over, studies[0].over)}"
     sheet, width = Sheet(path, heading, **options), WIDE if single else max(COLUMN * len(studies), 7.0)
     figure, colours = sheet.figure(width, HEIGHT), sheet.colours
     axes = figure.subplots(2, len(studies), height_ratios=(2, 3), squeeze=False, sharex="col")
-    draw = {STRAIN: _draw_strain_forms, FUNCTIONS: _draw_function_kinds}
     for (above, below), study in zip(axes.T, studies, strict=True):
-        draw.get(study.over, _draw_levels)(above, below, study, colours)
+        if study.over in COMPARED:
+            _draw_options(above, below, study, colours)
+        else:
+            _draw_values(above, study, colours)
+            _draw_errors(below, study, colours)
         if not single:
             above.set_title(f"over {VARIED.get(study.over, study.over)}", color=colours.text, fontsize=10)
         for ax in (above, below):
             finish(ax, ax.get_legend_handles_labels()[0], colours, inside=not single)
-        if study.over == STRAIN:
-            below.tick_params(axis="x", labelsize=8)
     text = words if len(studies) > 1 else studies[0].verdict
     wrapped = "\n".join(textwrap.wrap(text, int(LETTERS * width)))
     figure.supxlabel(wrapped, color=colours.text, fontsize=8.5, ha="left", x=0.02, linespacing=1.4)
@@ -58,13 +59,7 @@ def abscissa(study: Any) -> IntArray:
     return counts
 
 
-def _draw_levels(above: Axes, below: Axes, study: Any, colours: Theme) -> None:
-    """Values over the count with limit and tolerance; relative errors with their law below."""
-    _values(above, study, colours)
-    _errors(below, study, colours)
-
-
-def _values(ax: Axes, study: Any, colours: Theme) -> None:
+def _draw_values(ax: Axes, study: Any, colours: Theme) -> None:
     """Values over the count, the limit, and the band of the tolerance about it."""
     ax.set_xscale("log" if abscissa(study).min() > 0 else "linear")
     if np.isfinite(study.estimate):
@@ -83,7 +78,7 @@ def _values(ax: Axes, study: Any, colours: Theme) -> None:
     ax.set_ylabel(labelled("value", study.unit))
 
 
-def _errors(ax: Axes, study: Any, colours: Theme) -> None:
+def _draw_errors(ax: Axes, study: Any, colours: Theme) -> None:
     """Relative errors over the count, the law through them, and the tolerance."""
     ax.set_xscale("log" if abscissa(study).min() > 0 else "linear")
     ax.set_yscale("log")
@@ -128,54 +123,21 @@ def _mark_recommended(ax: Axes, study: Any, heights: Array, colours: Theme) -> N
         ring.set(markerfacecolor="none", markeredgewidth=1.5, label="to choose")
 
 
-def _draw_strain_forms(above: Axes, below: Axes, study: Any, colours: Theme) -> None:
-    """Values of the forms with their differences; under them the time of each run."""
-    columns = np.arange(len(study.forms))
-    best = study.reference
-    if best is not None:
-        band = study.tolerance * abs(best.value)
-        above.axhspan(best.value - band, best.value + band, color=colours.lines[2], alpha=0.25, linewidth=0)
-        above.axhline(best.value, color=colours.lines[2], linewidth=1.2, label=f"{best.strain}, +- {study.tolerance:g}")
-    above.plot(columns, [form.value for form in study.forms], "o", color=colours.lines[0], markersize=6, label="value")
-    below.bar(columns, [form.seconds for form in study.forms], width=0.5, color=colours.lines[0])
-    style: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "fontsize": 8, "color": colours.text}
-    for k, form in enumerate(study.forms):
-        if form.problem or form is not best:
-            text = textwrap.fill(form.problem, 22) if form.problem else f"{study.difference(form):.2g} off"
-            height = form.value if np.isfinite(form.value) else above.get_ylim()[0]
-            above.annotate(text, (k, height), (0, 7), **style)
-        if np.isfinite(form.seconds):
-            below.annotate(f"{form.seconds:.3g} s", (k, form.seconds), (0, 3), **style)
-    above.margins(x=0.2, y=0.3)
-    above.set_ylabel(labelled("value", study.unit))
-    below.margins(x=0.2, y=0.15)
-    below.set_ylabel("time of the run [s]")
-    below.set_xticks(columns, [_label(form) for form in study.forms], fontsize=8)
-
-
-def _draw_function_kinds(above: Axes, below: Axes, study: Any, colours: Theme) -> None:
-    """Values of every type of functions over their number; under them the differences from the best."""
+def _draw_options(above: Axes, below: Axes, study: Any, colours: Theme) -> None:
+    """Values of forms of strain or types of functions over the coordinates; under them the differences."""
     from matplotlib.ticker import MaxNLocator
 
     below.set_yscale("log")
-    for k, (kind, levels) in enumerate(study.with_values):
-        colour = colours.lines[k % len(colours.lines)]
-        style: dict[str, Any] = {"color": colour, "linewidth": 1.2, "markersize": 4, "label": kind}
-        above.plot(levels.counts, levels.values, "o-", **style)
-        if study.reference is not None:
-            differences = study.differences(levels)
-            visible = differences > LEAST
-            below.plot(levels.counts[visible], differences[visible], "o-", **style)
+    for k, option in enumerate(study.with_values):
+        label = option.name if study.over == "functions" else f"{option.name}, {option.seconds:.3g} s"
+        style: dict[str, Any] = {"color": colours.lines[k % len(colours.lines)], "linewidth": 1.2, "label": label}
+        above.plot(option.counts, option.values, "o-", markersize=4, **style)
+        differences = study.differences(option)
+        visible = differences > LEAST
+        below.plot(option.counts[visible], differences[visible], "o-", markersize=4, **style)
     style = {"color": colours.text, "linewidth": 1.0, "linestyle": "--"}
     below.axhline(study.tolerance, label=f"tolerance {study.tolerance:g}", **style)
     above.set_ylabel(labelled("value", study.unit))
     below.set_ylabel("relative difference")
     below.set_xlabel("elastic coordinates")
     below.xaxis.set_major_locator(MaxNLocator(integer=True))
-
-
-def _label(form: Any) -> str:
-    counts = f"{form.coordinates} coordinates"
-    counts += f",\n{form.derivatives} derivatives" if form.derivatives else ""
-    counts += f",\n{form.followers} dependent derivatives" if form.followers else ""
-    return f"{form.strain}\n{counts}"

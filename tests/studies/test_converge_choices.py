@@ -15,8 +15,6 @@ from typer.testing import CliRunner
 from femflex.case import Case, parse_case
 from femflex.cli.app import app
 from femflex.studies import (
-    StrainForm,
-    StrainStudy,
     convergence,
     function_kinds,
     recommended_level,
@@ -60,13 +58,13 @@ def test_one_characteristic_function_is_the_mode_of_a_uniform_boom():
     comparison = function_kinds(boom(), [1, 2, 4])
     assert comparison.choice == ("characteristic", 1)
     assert comparison.recommended == recommended_level(comparison) == "characteristic, 1"
-    assert {entry.kind for entry in comparison.kinds} == {
+    assert {option.name for option in comparison.options} == {
         "characteristic", "characteristic, static", "characteristic, tip", "polynomial", "elements",
     }  # fmt: skip
-    assert comparison.case_kinds == {"boom": "by default, 2"}
+    assert comparison.own == {"boom": "by default, 2"}
     exact = 3.51601527 / (2 * np.pi)
-    for kind, study in comparison.with_values:
-        assert study.values[-1] == pytest.approx(exact, rel=4e-4), kind
+    for option in comparison.with_values:
+        assert option.values[-1] == pytest.approx(exact, rel=4e-4), option.name
 
 
 @pytest.mark.slow
@@ -75,9 +73,10 @@ def test_tapered_boom_needs_elements():
     case = boom(TAPER)
     comparison = function_kinds(case, [1, 2, 3, 4, 6])
     assert comparison.choice == ("elements", 1)
-    uniform = dict(comparison.with_values)["characteristic"]
-    assert comparison.enough(uniform) is None or comparison.enough(uniform) > 3
-    functions = with_recommended_level(case, comparison, tuple(comparison.case_kinds)).bodies["boom"].functions
+    uniform = next(option for option in comparison.options if option.name == "characteristic")
+    enough = comparison.enough(uniform)
+    assert enough is None or enough.level > 3
+    functions = with_recommended_level(case, comparison, tuple(comparison.own)).bodies["boom"].functions
     assert (functions.family, functions.y) == ("elements", 1)
 
 
@@ -90,25 +89,15 @@ SPUN = [  # 0.3 of a turn a second about z, faster than the beam's first flap
 ]
 
 
-@pytest.fixture(scope="module")
-def forms() -> StrainStudy:
-    """A made-up comparison."""
-    results = [
-        StrainForm("linear", 4, 0, 0, 1.3, 0.1, "", "m"),
-        StrainForm("condensed", 4, 0, 3, 1.0005, 0.2, "", "m"),
-        StrainForm("nonlinear", 7, 3, 0, 1.0, 4.0, "", "m"),
-    ]
-    return StrainStudy("peak of tip", 1e-3, tuple(results), {"beam": "linear"})
-
-
 def test_large_deflection_needs_more_than_linear_strain(build_case: BuildCase):
     """By a fifth of its length: linear strain leaves the foreshortening out, and the beam on a small hub feels it."""
     comparison = strain_forms(build_case(*SPUN))
-    linear, condensed, nonlinear = comparison.forms
-    assert [form.problem for form in comparison.forms] == ["", "", ""]
+    assert [option.problem for option in comparison.options] == ["", "", ""]
+    linear, condensed, nonlinear = (option.points[0] for option in comparison.options)
     assert (linear.derivatives, linear.followers) == (0, 0)
-    assert condensed.coordinates == linear.coordinates == 3 and condensed.followers == nonlinear.derivatives > 0
-    assert comparison.difference(condensed) < 0.05 * comparison.difference(linear)
+    assert condensed.count == linear.count == 3 and condensed.followers == nonlinear.derivatives > 0
+    off = [comparison.differences(option)[0] for option in comparison.options]
+    assert off[1] < 0.05 * off[0] and off[2] == 0 and comparison.choice in (("condensed", 1), ("nonlinear", 1))
     assert comparison.own == {"beam": "linear"}
 
 
