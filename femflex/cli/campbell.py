@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from femflex.cli.advice_lines import print_reasons
 from femflex.cli.options import (
     DIAGRAM_SUFFIXES,
     PAGE_SUFFIXES,
@@ -27,7 +26,16 @@ from femflex.cli.options import (
     read_seconds,
 )
 from femflex.cli.progress import Bar, Patience
-from femflex.cli.tables import print_folded, print_line, print_table, print_title, printed, record, write_csv
+from femflex.cli.tables import (
+    print_folded,
+    print_line,
+    print_reasons,
+    print_table,
+    print_title,
+    printed,
+    record,
+    write_csv,
+)
 from femflex.cli.verb import print_error, verb
 
 if TYPE_CHECKING:

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from femflex.cli.advice_lines import print_reasons
 from femflex.cli.options import CaseFile, Force, Json, Verbose
 from femflex.cli.progress import Patience
-from femflex.cli.tables import print_line, printed, record
+from femflex.cli.tables import print_line, print_reasons, printed, record
 from femflex.cli.verb import BAD_INPUT, print_warnings, verb, warnings_so_far
 
 if TYPE_CHECKING:

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from femflex.cli.advice_lines import print_reasons
 from femflex.cli.options import At, CaseFile, Force, Json, Verbose, read_seconds
 from femflex.cli.progress import Patience
-from femflex.cli.tables import print_folded, print_line, print_table, print_title, printed, record
+from femflex.cli.tables import print_folded, print_line, print_reasons, print_table, print_title, printed, record
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:

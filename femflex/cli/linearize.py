@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from femflex.cli.advice_lines import print_reasons
 from femflex.cli.options import (
     DIAGRAM_SUFFIXES,
     PICTURE,
@@ -22,7 +21,7 @@ from femflex.cli.options import (
     split_names,
 )
 from femflex.cli.progress import Patience
-from femflex.cli.tables import CellValue, print_line, print_table, print_title, printed, record
+from femflex.cli.tables import CellValue, print_line, print_reasons, print_table, print_title, printed, record
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from femflex.cli.advice_lines import print_notes
 from femflex.cli.info import starts_as_hdf5
 from femflex.cli.options import (
     MOVIE,
@@ -24,7 +23,17 @@ from femflex.cli.options import (
     read_seconds,
 )
 from femflex.cli.progress import Patience
-from femflex.cli.tables import CellValue, print_folded, print_line, print_table, print_title, printed, record, section
+from femflex.cli.tables import (
+    CellValue,
+    print_folded,
+    print_line,
+    print_notes,
+    print_table,
+    print_title,
+    printed,
+    record,
+    section,
+)
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:

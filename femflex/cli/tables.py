@@ -7,12 +7,15 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from textwrap import wrap
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from femflex.pipeline.decisions import ResolvedCase
 
 WIDTH = 80  # columns where standard output is no terminal, and the least width of one
 GAP = 2  # spaces between columns
@@ -225,3 +228,17 @@ def write_csv(path: Path, heads: Sequence[str], rows: Iterable[Sequence[Any]], f
 
     with atomic_file(path, force) as draft, draft.open("w", newline="", encoding="utf-8") as file:
         csv.writer(file, lineterminator="\n").writerows([heads, *rows])
+
+
+def print_notes(notes: Mapping[str, str]) -> None:
+    """Print the notes, a folded line for each body that has one."""
+    for name, note in notes.items():
+        if note:
+            print_line("body", f"{name}: {note}", [{"body": name, "note": note}])
+
+
+def print_reasons(resolved: ResolvedCase, verbose: bool) -> None:
+    """Print what the meshes and decks of bodies lack; verbose: and the reasons of all choices."""
+    from femflex.advice import notes_of
+
+    print_notes(notes_of(resolved.advice, () if verbose else ("mesh",)))

@@ -9,9 +9,8 @@ from pydantic import Field
 from femflex.disturbances.base import BaseMotion, BaseVibration, Shock
 from femflex.disturbances.disturbance import Line, MarkerDisturbance, Source
 from femflex.disturbances.jitter import JitterOutput, JitterTable
-from femflex.disturbances.lines import SpectralLines
 from femflex.disturbances.pulses import Pulses, Stepper
-from femflex.disturbances.random import RandomForce
+from femflex.disturbances.spectra import RandomForce, SpectralLines
 from femflex.disturbances.wheel import WheelDisturbance
 
 Disturbance = Annotated[

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 import femflex
 from femflex.body import FlexibleBody
 from femflex.results.layout import FILLED_BYTES, FORMAT, LAYOUT, SLACK_BYTES, TIME, create_channel, reserve, row_bytes
-from femflex.results.model import write_bodies
+from femflex.results.reader import write_bodies
 from femflex.results.resume import lay_slots
 from femflex.system.channel import Channel
 

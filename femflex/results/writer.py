@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
 import re
@@ -20,11 +21,74 @@ from femflex.body import FlexibleBody
 from femflex.results.copying import Changes, conclude, skeleton, write_copy
 from femflex.results.interrupts import finished_on_interrupt
 from femflex.results.layout import channel_of, channels_of, create_channel, reserve
-from femflex.results.lock import FileLock
 from femflex.results.reader import open_file, open_run
 from femflex.results.resume import fits, flattened, write_slot
 from femflex.system.channel import Channel
 from femflex.writing import PARTS, atomic_file, check_destination, link_target, move_into_place, remove_part
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
+
+class FileLock:
+    """The right to write a result file, until it is released; a context manager.
+
+    Raises BlockingIOError when another writer has it, in this process or in another one.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self._handle = -1
+        self.path = Path(path)
+        target = Path(os.path.realpath(self.path))
+        self._lock_file = target.with_name(f".{target.name}.lock")
+        while fcntl is not None and not self._try_lock():
+            pass
+
+    def _try_lock(self) -> bool:
+        """Take the lock; return whether it is on the file that exists now, and not on one that was just deleted."""
+        handle = os.open(self._lock_file, os.O_RDWR | os.O_CREAT, 0o666)
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            os.close(handle)
+            raise BlockingIOError(
+                f"{self.path} is being written by another run; wait until it ends, stop it, or choose another file"
+            ) from None
+        except OSError:  # a file system without locks
+            os.close(handle)
+            return True
+        self._handle = handle
+        try:
+            current = os.stat(self._lock_file)
+        except FileNotFoundError:
+            current = None
+        if current is not None and os.path.samestat(current, os.fstat(handle)):
+            return True
+        self._close()
+        return False
+
+    def release(self) -> None:
+        """Release the lock; a second call does nothing."""
+        if self._handle >= 0:
+            with contextlib.suppress(OSError):
+                self._lock_file.unlink()  # while it is locked: a writer that waits sees that the file is gone
+            self._close()
+
+    def _close(self) -> None:
+        os.close(self._handle)
+        self._handle = -1
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.release()
+
+    def __del__(self) -> None:
+        self.release()
+
 
 FIRST_BLOCKS = 4  # blocks of space at first, where the number of rows is not known; doubled when it is full
 LAYOUT_BYTES = 20_000  # of a channel, in addition to its values

@@ -12,9 +12,8 @@ import pytest
 
 from femflex.body import rigid_body
 from femflex.case import parse_case
-from femflex.measures.evaluate import measured_unit, measured_value
+from femflex.measures.evaluate import fitted_frequencies, measured_unit, measured_value
 from femflex.measures.measure import MeasureTable
-from femflex.measures.tones import fitted_frequencies
 from femflex.measures.verdicts import run_verdicts
 from femflex.results import Run, RunWriter, open_run
 from femflex.system import Channel

@@ -13,7 +13,7 @@ import pytest
 from support.known_run import CHANNELS, known_bodies
 
 from femflex.results import FileLock, RunWriter, add_channels, open_run
-from femflex.results import lock as lock_module
+from femflex.results import writer as lock_module
 from femflex.results.interrupts import finished_on_interrupt, has_work_to_finish, without_interrupts
 from femflex.system.channel import Channel
 
@@ -101,7 +101,7 @@ def test_four_processes_take_the_lock_in_turn(tmp_path):
     counted = tmp_path / "count"
     counted.write_text("0")
     script = (
-        "import sys, time\nfrom pathlib import Path\nfrom femflex.results.lock import FileLock\n"
+        "import sys, time\nfrom pathlib import Path\nfrom femflex.results.writer import FileLock\n"
         "path = Path(sys.argv[1])\n"
         "for _ in range(50):\n"
         "    while True:\n"

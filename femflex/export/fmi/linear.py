@@ -18,8 +18,7 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 from zipfile import ZIP_DEFLATED, ZipFile
 
 from femflex.export.fmi.description import Description, Variable
-from femflex.export.linear.c_source import c_texts
-from femflex.export.linear.constant import check_constant
+from femflex.export.linear.c_source import c_texts, check_constant
 from femflex.studies.linear import LinearModel, StateSpace
 from femflex.writing import atomic_file
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from femflex.export.linear.c_source import write_c
-from femflex.export.linear.constant import check_constant
+from femflex.export.linear.c_source import check_constant, write_c
 
 __all__ = ["check_constant", "write_c"]

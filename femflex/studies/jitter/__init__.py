@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from femflex.studies.jitter.base_modes import BaseMode, base_modes
-from femflex.studies.jitter.budget import Budget, Contribution, SpeedScan, jitter
+from femflex.studies.jitter.budget import (
+    Budget,
+    Contribution,
+    SpeedScan,
+    amplitude_covariance,
+    frequency_panels,
+    jitter,
+    stress_peaks,
+)
 from femflex.studies.jitter.full import FullResponse, full_response
 from femflex.studies.jitter.plant import Plant, jitter_plant
-from femflex.studies.jitter.quadrature import frequency_panels
-from femflex.studies.jitter.shock import combined_peaks, miles, shock_spectrum
-from femflex.studies.jitter.stress import amplitude_covariance, stress_peaks
+from femflex.studies.jitter.shock import BaseMode, base_modes, combined_peaks, miles, shock_spectrum
 
 __all__ = [
     "BaseMode",

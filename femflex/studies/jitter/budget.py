@@ -8,17 +8,18 @@ of what is no mode, add up to the whole.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from femflex.arrays import Array, ComplexArray
+from femflex.body.random_stress import rms_stress
+from femflex.body.recovery import Peak, quantities
 from femflex.case import Case
 from femflex.disturbances import BaseVibration, Line, Shock
 from femflex.noun.problems import suggestion_text
 from femflex.studies.jitter.plant import Mode, Plant, Spin, jitter_plant
-from femflex.studies.jitter.quadrature import cumulative, frequency_panels
 from femflex.studies.jitter.shock import combined_peaks
 from femflex.studies.linear.space import AROUND, response_grid
 from femflex.system import Part
@@ -300,3 +301,86 @@ def _matched(plant: Plant, modes: Sequence[Mode]) -> list[Mode]:
     if modes:
         low = int(np.argmin([abs(mode.frequency - modes[0].frequency) for mode in own]))
     return own[low : low + count]
+
+
+PER_DECADE = 24  # panels on a log axis
+HALF_WIDTHS = 2.0 ** np.arange(-1, 12)  # half widths of a resonance at which panels end
+ORDER = 8  # points of Gauss in a panel
+LEAST = 1e-7  # damping ratio of the narrowest resonance that is resolved
+
+
+def frequency_panels(
+    low: float, high: float, poles: ComplexArray, breaks: Iterable[Array] = ()
+) -> tuple[Array, Array, Array]:
+    """Frequencies (n,), weights (n,) and ends (n_p + 1,) of the panels of an integral from low to high [Hz].
+
+    poles (m,) [1/s]: panels grow by a factor of two from each resonance on, so that Gauss's rule of 8 points is exact
+    to rounding for oscillators.   breaks: frequencies [Hz] at which a spectrum has a kink.
+    """
+    decades = np.log10(high / low)
+    ends = [np.geomspace(low, high, max(2, int(np.ceil(PER_DECADE * decades)) + 1)), *breaks]
+    for pole in poles[poles.imag > 0]:
+        width = max(-pole.real, LEAST * abs(pole))
+        ends.append((pole.imag + width * np.concatenate([-HALF_WIDTHS, [0.0], HALF_WIDTHS])) / (2.0 * np.pi))
+    edges = np.unique(np.concatenate(ends))
+    edges = np.concatenate([[low], edges[(edges > low * (1 + 1e-12)) & (edges < high * (1 - 1e-12))], [high]])
+    x, w = np.polynomial.legendre.leggauss(ORDER)
+    middle, half = 0.5 * (edges[1:] + edges[:-1]), 0.5 * np.diff(edges)
+    return (middle[:, None] + half[:, None] * x).ravel(), (half[:, None] * w).ravel(), edges
+
+
+def cumulative(values: Array, weights: Array) -> Array:
+    """The integral (n_p + 1, ...) up to each end of the panels, of values (n, ...) [SI] at the points of their rule."""
+    weighted = values * weights.reshape((-1,) + (1,) * (values.ndim - 1))
+    panels = weighted.reshape((-1, ORDER, *values.shape[1:])).sum(axis=1)
+    return np.concatenate([np.zeros((1, *values.shape[1:])), np.cumsum(panels, axis=0)])
+
+
+def amplitude_covariance(budget: Budget, body: str) -> Array:
+    """Covariance (n, n) of the amplitudes of a body under all sources, in squared units of the amplitudes.
+
+    Of a swept source that speed counts, of the worst ones of the outputs, at which the amplitudes are largest.
+    """
+    plant, high = budget.plant, float(budget.edges[-1])
+    total = np.zeros((plant.amplitude_count(body),) * 2)
+    for name, noun in plant.sources.items():
+        spectrum = plant.spectrum(budget.frequencies, name)
+        if spectrum.any():
+            H = plant.amplitudes(budget.frequencies, name, body)
+            total += np.einsum("n,noc,nc,npc->op", budget.weights, H, spectrum, H.conj()).real
+        scan = budget.contributions[name].scan if name in budget.contributions else None
+        spin = None if scan is None else scan.spin
+        speeds = [None] if scan is None else [float(scan.speeds[k]) for k in np.unique(scan.worst_indices)]
+        candidates = []
+        for speed in speeds:
+            lines = [line for line in noun.lines(speed, high) if line.frequency >= budget.edges[0]]
+            frequencies = np.array([line.frequency for line in lines])
+            each = np.zeros_like(total)
+            if lines:
+                H = plant.amplitudes(frequencies, name, body, spin, np.full(len(lines), speed or 0.0))
+                motion = np.einsum("noc,nc->no", H, np.array([line.amplitude for line in lines]))
+                each = 0.5 * np.einsum("no,np->op", motion, motion.conj()).real
+            candidates.append(each)
+        total += max(candidates, key=lambda matrix: float(np.trace(matrix)))
+    return total
+
+
+def stress_peaks(budget: Budget, body: str) -> list[Peak]:
+    """The largest root mean square of every quantity of a body over its points, by group and name; time is nan.
+
+    Raises ValueError for a body that is not in `stress` of [jitter], or has no stress.
+    """
+    field = budget.plant.model.model.system.bodies[body].strain_field
+    if not field:
+        raise ValueError(f"body {body!r} has no elements to recover stress from; leave it out of jitter.stress")
+    covariance = amplitude_covariance(budget, body)
+    best: dict[tuple[str, str], Peak] = {}
+    for part in field:
+        units = quantities([part])
+        for name, values in rms_stress(part, covariance).items():
+            k = int(np.argmax(values))
+            key = part.group or part.kind, name
+            if key not in best or values[k] > best[key].value:
+                x, y, z = (float(value) for value in part.places[k])
+                best[key] = Peak(part.kind, name, units[name], float(values[k]), float("nan"), (x, y, z), part.group)
+    return list(best.values())

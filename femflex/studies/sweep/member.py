@@ -22,7 +22,7 @@ from femflex.measures.measure import OF_JITTER, OF_SYSTEM, MeasureTable
 from femflex.pipeline.case_equilibrium import case_modes
 from femflex.pipeline.decisions import resolve_choices
 from femflex.studies.jitter import jitter
-from femflex.studies.recorded_run import RecordedRun, recorded_run
+from femflex.studies.study import RecordedRun, recorded_run
 from femflex.studies.varied_case import VariedCase
 from femflex.warning import PhysicsWarning
 
