@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.view.plot import PlotOptions, Sheet, finish, labelled
+from femflex.view.plot import PlotOptions, Sheet, finish, labelled, name_points
 from femflex.view.theme import Theme
 
 if TYPE_CHECKING:
@@ -18,11 +18,7 @@ if TYPE_CHECKING:
 WIDTH, HEIGHT, LOWER = 9.0, 6.0, 1.8  # inches: of the figure, of the frequencies, of the damping below
 FINE = 12  # points drawn between two speeds
 PRINTED = 1e-6  # damping ratio below which there is none to draw
-CROWDED = 120  # points of lines and labels under the speed at a crossing, above which it is left out
-FRAME = 0.87  # of the figure's sides, within the axes
-RING = [(x, y) for x in (-8, -4, 0, 4, 8) for y in (-6, -3, 0, 3, 6)]  # points, that labels of other rings avoid
 LETTER = 7.5  # points: size of the speeds at crossings
-SIDES = ((6, -6), (6, 6), (-6, 6), (-6, -6), (0, 11), (0, -11), (9, 0), (12, -12), (12, 12), (-12, 12))  # points
 APART = 0.032  # of the axes' height, between two names
 WORDS = ("flap", "lag", "torsion", "stretch", "chordwise")  # in the order of the theme's colours
 
@@ -43,6 +39,7 @@ def plot_campbell(
     figure = sheet.figure(WIDTH, HEIGHT + LOWER * damped)
     ratios = (HEIGHT, LOWER) if damped else (1,)
     axes = figure.subplots(len(ratios), 1, sharex=True, squeeze=False, height_ratios=ratios)[:, 0]
+    axes[0].set_xlim(diagram.speeds[0] / scale, diagram.speeds[-1] / scale)
     _frequencies(axes[0], diagram, colours, scale)
     axes[0].set_ylabel("frequency [Hz]" if diagram.value else "frequency in the spinning frame [Hz]")
     if damped:
@@ -50,7 +47,6 @@ def plot_campbell(
     for ax in axes:
         finish(ax, (), colours)
     axes[-1].set_xlabel(labelled(diagram.value or "speed of spin", unit))
-    axes[0].set_xlim(diagram.speeds[0] / scale, diagram.speeds[-1] / scale)
     return sheet.save()
 
 
@@ -70,53 +66,15 @@ def _frequencies(ax: Axes, diagram: Any, colours: Theme, scale: float) -> None:
             text = f"{branch.name} → {branch.final_character}" if branch.final_character else branch.name
             ends.append((float(frequencies[-1]), text, style["color"]))
     _names(ax, sorted(ends), top)
-    _crossings(ax, diagram, colours, scale, top)
+    _crossings(ax, diagram, colours, scale)
 
 
-def _crossings(ax: Axes, diagram: Any, colours: Theme, scale: float, top: float) -> None:
-    """Draw a ring at each crossing, with its speed on the side with the fewest lines, where there is space."""
-    start, end = (float(v) / scale for v in (diagram.speeds[0], diagram.speeds[-1]))
-    met = [[crossing.speed / scale, crossing.frequency] for crossing in diagram.crossings]
-    positions = np.array(met).reshape(-1, 2)
-    points = 72 * FRAME * np.array([WIDTH / (end - start), HEIGHT / top])  # per unit of the axes
-    lines = (np.concatenate(_curve_points(diagram, scale, start, end)) - [start, 0.0]) * points
-    rings = (positions - [start, 0.0]) * points
-    for k, crossing_point in enumerate(positions):
-        ax.plot(*crossing_point, "o", color=colours.text, markerfacecolor=colours.background, markersize=5.5, zorder=4)
-        text = f"{crossing_point[0]:.4g}"
-        other_rings = [np.delete(rings, k, axis=0) + shift for shift in RING]
-        side, label, covered = _clearest_offset(rings[k], text, np.concatenate([lines, *other_rings]))
-        if covered > CROWDED:
-            continue
-        lines = np.concatenate([lines, *[label] * 2])  # labels avoid each other more than lines
-        style: dict[str, Any] = {"textcoords": "offset points", "fontsize": LETTER, "color": colours.text}
-        style |= {"ha": "left" if side[0] > 0 else "right" if side[0] < 0 else "center", "va": "center"}
-        ax.annotate(text, (crossing_point[0], crossing_point[1]), side, zorder=5, **style)
-
-
-def _curve_points(diagram: Any, scale: float, start: float, end: float) -> list[Array]:
-    """(n, 2) points along each branch and each multiple of the spin: speed and frequency as drawn."""
-    x = np.linspace(start, end, 400)
-    curves = [np.interp(x, diagram.speeds / scale, branch.frequencies) for branch in diagram.branches]
-    curves += [order * scale / (2 * np.pi) * x for order in diagram.orders]
-    return [np.stack([x, y], axis=1)[np.isfinite(y)] for y in curves]
-
-
-def _clearest_offset(ring_position: Array, text: str, lines: Array) -> tuple[tuple[int, int], Array, int]:
-    """Offset of a label from a ring, of SIDES, with the fewest of the points `lines` (n, 2) in it, its area [pt], and
-    the number of these points.
-
-    The area is points all over the label, which later labels avoid more than lines.
-    """
-    half = np.array([0.31 * LETTER * len(text), 0.55 * LETTER])
-    middles = {side: ring_position + np.array(side) + [np.sign(side[0]) * half[0], 0.0] for side in SIDES}
-
-    def covered_points(side: tuple[int, int]) -> int:
-        return int((np.abs(lines - middles[side]) < half + 1.0).all(axis=1).sum())
-
-    best = min(SIDES, key=covered_points)
-    cover = np.stack(np.meshgrid(np.linspace(-1, 1, 40), np.linspace(-1, 1, 9)), axis=-1).reshape(-1, 2)
-    return best, middles[best] + cover * half, covered_points(best)
+def _crossings(ax: Axes, diagram: Any, colours: Theme, scale: float) -> None:
+    """Draw a ring at each crossing, with its speed where there is space."""
+    met = [(f"{c.speed / scale:.4g}", c.speed / scale, c.frequency, colours.text) for c in diagram.crossings]
+    for _, *point, colour in met:
+        ax.plot(*point, "o", color=colour, markerfacecolor=colours.background, markersize=5.5, zorder=4)
+    name_points(ax, met, colours, LETTER)
 
 
 def _orders(ax: Axes, diagram: Any, colours: Theme, scale: float, top: float) -> None:

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
+import numpy as np
+
 from femflex.extras import require
 from femflex.results import Run
 from femflex.view.curves import Curve, curves_of
@@ -24,6 +26,8 @@ DASHES = ("-", "--", ":")  # of the curves, when their colours are used up
 LEGEND_ROWS = 8  # more curves than this are named in several columns
 AWAY = 3.0  # times the range of the first run by which a second may exceed it and still be shown completely
 SHOWN = 1.0  # of that range, shown beyond it if the second run exceeds that limit
+SIDES = ((0, 8), (6, 7), (-6, 7), (6, -7), (-6, -7), (0, -10), (12, 14), (-12, 14))  # points, of names from theirs
+FRAME = 0.87  # of the sides of the axes, which remain when the figure is laid out
 INSTEAD = {"nonlinear strain": "linear strain"}  # the model that remains when a term is omitted
 
 
@@ -148,6 +152,28 @@ def finish(ax: Axes, group: Sequence[object], colours: Theme, inside: bool = Fal
     columns = -(-len(ax.get_legend_handles_labels()[1]) // LEGEND_ROWS)
     place: dict[str, Any] = {"loc": "best"} if inside else {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
     ax.legend(frameon=False, fontsize=9 - 1.5 * inside, ncols=columns, labelcolor=colours.text, **place)
+
+
+def name_points(ax: Axes, names: Sequence[tuple[str, float, float, str]], colours: Theme, size: float = 8.0) -> None:
+    """Write names (text, x, y, colour) beside points of axes, clear of the points and of the names before.
+
+    A name without space on any side is left out.
+    """
+    places = (
+        FRAME * 72.0 / ax.figure.dpi * ax.transData.transform(np.array([name[1:3] for name in names]).reshape(-1, 2))
+    )
+    used = [(place, np.full(2, 3.0)) for place in places]
+    for (text, x, y, colour), place in zip(names, places, strict=True):
+        half = np.array([0.31 * size * len(text), 0.6 * size])
+        for side in SIDES:
+            middle = place + side + [np.sign(side[0]) * half[0], 0.0]
+            if all((np.abs(middle - centre) >= half + reach).any() for centre, reach in used):
+                used.append((middle, half))
+                style: dict[str, Any] = {"fontsize": size, "color": colour, "va": "center", "zorder": 5}
+                style["ha"] = ("right", "center", "left")[int(np.sign(side[0])) + 1]
+                box = {"facecolor": colours.background, "edgecolor": "none", "alpha": 0.7, "pad": 0.5}
+                ax.annotate(text, (x, y), side, textcoords="offset points", bbox=box, **style)
+                break
 
 
 def title_of(run: Run, second_run: Run | None = None) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 from scipy.signal import find_peaks
@@ -14,12 +14,11 @@ from scipy.signal.windows import blackmanharris
 from femflex.arrays import Array
 from femflex.results import Run
 from femflex.view.curves import BALANCE, ROUNDED, Curve, curves_of
-from femflex.view.plot import PlotOptions, Sheet, finish, labelled, name_second, ordinate, styled, title_of
-from femflex.view.theme import Theme
+from femflex.view.plot import PlotOptions, Sheet, finish, labelled, name_points, name_second, ordinate, styled, title_of
 from femflex.view.units import time_unit
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 WINDOW = "Blackman–Harris window"  # side lobes 92 dB down, so visible peaks are signal; two lines merge below 4 / T
 PADDING = 4  # finer frequencies than the record's own, so that peaks are smooth
@@ -29,7 +28,6 @@ ROUNDING = 1e-13  # of the largest value: a smaller deviation from a straight li
 FLOOR = 1e-4  # of the highest peak; smaller ones are not reported, and may be side lobes
 DEPTH = 3e-5  # a spectrum is shown down to this part of its highest peak
 SMALLEST = 5e-3  # of the highest peak; smaller ones have no label
-LABEL = 0.05, 0.25  # width of a label as a part of the axis, and height in decades
 SPAN = 0.2  # of the record: length of the window; its time is that of its middle
 STEPS = 200  # positions of the window
 FINER = 8  # finer frequencies than the window's own
@@ -131,28 +129,14 @@ def plot_spectra(
             name_second(ax, drawn_curves, run, second_run, colours)
         ax.set_ylim(DEPTH * (top or 1.0), 10 * (top or 1.0))
         ax.set_xlim(0, last_frequency * factor)
-        _label_peaks(ax, [(frequency * factor, amplitude) for frequency, amplitude in peaks], colours)
+        least = SMALLEST * max((amplitude for _, amplitude in peaks), default=0.0)
+        ranked = sorted((peak for peak in peaks if peak[1] > least), key=lambda peak: -peak[1])
+        name_points(ax, [(f"{f * factor:#.4g}", f * factor, a, colours.text) for f, a in ranked], colours)
         ax.set_ylabel("amplitude of\n" + ordinate(group))
         ax.set_xlabel(f"frequency [{unit}]")
         finish(ax, drawn_curves, colours)
     axes[-1].set_xlabel(f"{axes[-1].get_xlabel()}   ({WINDOW}, trend removed)")
     return sheet.save()
-
-
-def _label_peaks(ax: Axes, peaks: list[tuple[float, float]], colours: Theme) -> None:
-    """Write the frequency above each peak, beside it where another one stands, the highest first; else not at all."""
-    width = LABEL[0] * ax.get_xlim()[1]
-    corners: list[tuple[float, float]] = []  # lower left ones of labels
-    least = SMALLEST * max((amplitude for _, amplitude in peaks), default=0.0)
-    for frequency, amplitude in sorted((p for p in peaks if p[1] > least), key=lambda peak: -peak[1]):
-        height = float(np.log10(amplitude))
-        for side, part in (("center", 0.5), ("left", 0.0), ("right", 1.0)):
-            left = frequency - part * width
-            if left >= 0.0 and all(abs(left - x) > width or abs(height - y) > LABEL[1] for x, y in corners):
-                corners.append((left, height))
-                style: dict[str, Any] = {"textcoords": "offset points", "fontsize": 8, "color": colours.text}
-                ax.annotate(f"{frequency:#.4g}", (frequency, amplitude), (0, 4), ha=side, **style)
-                break
 
 
 def spectrogram(time: Array, values: Array) -> tuple[Array, Array, Array]:

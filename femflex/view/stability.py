@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.view.plot import PlotOptions, Sheet, finish, labelled
+from femflex.view.plot import PlotOptions, Sheet, finish, labelled, name_points
 from femflex.view.theme import Theme
 
 if TYPE_CHECKING:
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 
 SHADES = {0: ("trace", 0.16), 1: ("lines1", 0.30), 2: ("lines2", 0.30)}  # colour and strength of each kind
-NEAR = 0.08  # parts of the width, within which names of branches share a label
 REGIONS = {
     -1: "no equilibrium, or no such body",
     0: "unstable",
@@ -144,51 +143,7 @@ def _draw_branches(axes: dict[str, Axes], locus: Any, colours: Theme, dashed: bo
                 ax.plot(locus.values, values, **style)
             else:
                 ax.plot(locus.values, values, ".", color=style["color"], markersize=3)
-    _name_branches(axes["A"], labels, colours)
-
-
-def _name_branches(ax: Axes, labels: list[tuple[str, float, float, str]], colours: Theme) -> None:
-    """Write the names of branches (name, x, y, colour) where they begin; names that would overlap share a label."""
-    (left_limit, right_limit), (low, high) = ax.get_xlim(), ax.get_ylim()
-    groups: list[list[tuple[str, float, float, str]]] = []
-    for label in sorted(labels, key=lambda branch: branch[2]):
-        x0, y0 = label[1:3]
-        width, height = NEAR * (right_limit - left_limit), 0.4 * NEAR * (high - low)
-        for group in groups:
-            if any(abs(x0 - x) < width and abs(y0 - y) < height for _, x, y, _ in group):
-                group.append(label)
-                break
-        else:
-            groups.append([label])
-    for group in groups:
-        x, y = group[0][1], group[-1][2]
-        inward = x > left_limit + 0.85 * (right_limit - left_limit)
-        ax.annotate(
-            _joined_names([name for name, *_ in sorted(group, key=labels.index)]),
-            (x, y),
-            xytext=(-14, 8) if inward else (6, 4),
-            textcoords="offset points",
-            ha="right" if inward else "left",
-            fontsize=7.5,
-            color=group[0][3] if len(group) == 1 else colours.text,
-        )
-
-
-def _joined_names(names: list[str]) -> str:
-    """Names as one label; numbers that follow each other as a range.
-
-    >>> _joined_names(["lag 1", "lag 2", "lag 3", "flap 1"])
-    'lag 1 to 3, flap 1'
-    """
-    runs: list[tuple[str, list[int]]] = []
-    for name in names:
-        kind, _, number = name.rpartition(" ")
-        if number.isdigit() and runs and runs[-1][0] == kind and runs[-1][1][-1:] == [int(number) - 1]:
-            runs[-1][1].append(int(number))
-        else:
-            runs.append((kind, [int(number)]) if kind and number.isdigit() else (name, []))
-    ranges = [" to ".join(map(str, dict.fromkeys(numbers[:1] + numbers[-1:]))) for _, numbers in runs]
-    return ", ".join(f"{kind} {text}".strip() for (kind, _), text in zip(runs, ranges, strict=True))
+    name_points(axes["A"], labels, colours, 7.5)
 
 
 def _extent(chart: Any) -> tuple[float, float, float, float]:
