@@ -77,7 +77,13 @@ def jitter(
 
         parsed_case = read_case(case)
         budget = jitter_of(parsed_case, progress=say)
-        whole = None if full is None else full_response(budget.plant, np.array(read_frequencies(full)), say)
+        whole = (
+            None
+            if full is None
+            else full_response(
+                budget.plant, np.array([read_quantity(part, "Hz", "--full") for part in split_names([full])]), say
+            )
+        )
     rms = {name: budget.rms_of(name) for name in budget.names}
     verdicts = jitter_verdicts(parsed_case, rms)
     heading = parsed_case.title or case.stem
@@ -94,11 +100,6 @@ def jitter(
             print_line("expected", verdict)
         for kind, path in files.items():
             print_line(kind, path)
-
-
-def read_frequencies(text: str) -> list[float]:
-    """Frequencies [Hz] from a list with commas. Raises ValueError naming the option."""
-    return [read_quantity(part, "Hz", "--full") for part in split_names([text])]
 
 
 def heads_of_outputs(plant: Plant, moving: Sequence[int]) -> tuple[list[tuple[str, str]], Array]:

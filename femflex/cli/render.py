@@ -79,7 +79,7 @@ def render(
         if mode is not None:
             raise ValueError(f"--mode draws a mode of a body file, and {file} is a run; make one with `femflex body`")
         look: dict[str, Any] = {
-            "scale": _scale_factor(scale),
+            "scale": scale if scale == "auto" else read_numbers(scale, 1, "--scale")[0],
             "colour": colour,
             "theme": theme,
             "size": tuple(int(n) for n in read_numbers(size.replace("x", ","), 2, "--size")),
@@ -148,9 +148,3 @@ def read_numbers(text: str, n: int, option: str) -> tuple[float, ...]:
     if len(numbers) != n:
         raise ValueError(f"{option}: found {text!r}; expected {n} numbers, such as {','.join('1' * n)}")
     return numbers
-
-
-def _scale_factor(text: str) -> float | str:
-    if text == "auto":
-        return text
-    return read_numbers(text, 1, "--scale")[0]

@@ -169,7 +169,9 @@ def with_level(case: Case, names: Iterable[str], over: str, level: int | str) ->
 
 def _mode_levels(case: Case, names: list[str], levels: Sequence[int] | None, case_as_given: Case) -> LevelSet:
     """The levels over the number of modes; the largest set is built, and smaller ones are cut from it if possible."""
-    without_joints = _without_joints(case, set(open_joints(case_as_given)) & set(names))
+    open_names = set(open_joints(case_as_given)) & set(names)  # whose static shapes of joints are left open
+    tables = {name: _with_joints_of(case.bodies[name], None) for name in open_names}
+    without_joints = case.model_copy(update={"bodies": {**case.bodies, **tables}})
     if _study(case).quantity.of in OF_BODY:  # it does not depend on joints
         case = case_as_given = without_joints
     case_counts = {_mode_count(case, case.bodies[name]) or 0 for name in names}
@@ -390,12 +392,6 @@ def _with_joints_of_level(case: Case, case_as_given: Case, names: Iterable[str],
         return case
     bodies = {name: _with_joints_of(table, joined.bodies[name]) for name, table in case.bodies.items()}
     return case.model_copy(update={"bodies": bodies})
-
-
-def _without_joints(case: Case, names: Iterable[str]) -> Case:
-    """The case without static shapes of joints in the named bodies, which leave them open."""
-    bodies = {name: _with_joints_of(case.bodies[name], None) for name in names}
-    return case.model_copy(update={"bodies": {**case.bodies, **bodies}})
 
 
 def _with_joints_of(table: BodyTable, source: BodyTable | None) -> BodyTable:

@@ -35,7 +35,12 @@ class VariedCase:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", PhysicsWarning)
             changed = [path.split(".") for path in paths if path.partition(".")[0] in BUILDING]
-            rigid = [keys[1] for keys in changed if keys[0] == "bodies" and _is_rigid(case, keys)]
+            rigid = [
+                keys[1]
+                for keys in changed
+                if keys[0] == "bodies"
+                and (len(keys) > 2 and keys[1] in case.bodies and (case.bodies[keys[1]].kind == "rigid"))
+            ]
             if len(rigid) < len(changed):
                 return cls(case, None)
             resolved_case = resolve_choices(case, loaded=False).case
@@ -55,8 +60,3 @@ class VariedCase:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", PhysicsWarning)
             return resolve_at_rest(case, self.bodies_of(case)).system
-
-
-def _is_rigid(case: Case, keys: list[str]) -> bool:
-    """Whether a key path ends within the table of a rigid body."""
-    return len(keys) > 2 and keys[1] in case.bodies and case.bodies[keys[1]].kind == "rigid"

@@ -352,7 +352,12 @@ def element_weights(field_part: StrainPart, points: Array) -> sparse.csr_array:
     share = share / share.sum(axis=1, keepdims=True)
     middle = np.einsum("eq,eqa->ea", share, x)
     d = x - middle[:, None]
-    slopes = np.einsum("eab,eqb,eq->eqa", np.linalg.pinv(_second_moments(share, d), FLAT, hermitian=True), d, share)
+    slopes = np.einsum(
+        "eab,eqb,eq->eqa",
+        np.linalg.pinv(np.asarray(np.einsum("eq,eqa,eqb->eab", share, d, d)), FLAT, hermitian=True),
+        d,
+        share,
+    )
     total = sparse.csr_array((len(points), len(field_part.places)))
     for j in range(k):
         e = nearest[:, j] // field_part.per
@@ -360,10 +365,6 @@ def element_weights(field_part: StrainPart, points: Array) -> sparse.csr_array:
         columns = e[:, None] * field_part.per + np.arange(field_part.per)
         total = total + _sparse_rows(columns, weight[:, j : j + 1] * point_weights, len(field_part.places))
     return total
-
-
-def _second_moments(share: Array, d: Array) -> Array:
-    return np.asarray(np.einsum("eq,eqa,eqb->eab", share, d, d))
 
 
 def _sparse_rows(columns: IntArray, values: Array, width: int) -> sparse.csr_array:

@@ -84,7 +84,9 @@ def plan_scene(run: Run, look: Look, time: float | None = None) -> ScenePlan:
     camera, body = chosen_camera(run, bodies, look.camera, size)
     arms = {segmented_body_of(name, segmented_bodies(run)) or name: _arms(skin, size) for name, skin in thin.items()}
     arms = arms if look.triads else {}
-    instants = np.union1d(_framing_times(times), [peak])
+    instants = np.union1d(
+        times[np.unique(np.linspace(0, len(times) - 1, min(len(times), FRAMING_ROWS)).round().astype(np.int64))], [peak]
+    )
     if look.fit == "picture":
         instants = np.array([peak if time is None else time])
     moving = motion(run, instants, camera, body, look.traces, scale)
@@ -125,10 +127,6 @@ def _camera_view(points: Array, look: Look, camera: str, bar: bool, shift: Array
     if not look.triads:
         return fit_camera(points, towards, up, aspect, margins)
     return fit_camera_clear_of_corner(points, towards, up, aspect, margins, TRIAD)
-
-
-def _framing_times(times: Array) -> Array:
-    return times[np.unique(np.linspace(0, len(times) - 1, min(len(times), FRAMING_ROWS)).round().astype(np.int64))]
 
 
 def _arms(skin: Skin, size: float) -> Array:

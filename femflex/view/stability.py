@@ -43,7 +43,10 @@ def plot_chart(
 
     sheet = Sheet(path, "Stability", **options)
     ax, colours = sheet.figure(8.6, 6.2).subplots(), sheet.colours
-    shades = {kind: to_rgba(_shade(name, colours), alpha) for kind, (name, alpha) in SHADES.items()}
+    shades = {
+        kind: to_rgba((colours.trace if name == "trace" else colours.lines[int(name.removeprefix("lines"))]), alpha)
+        for kind, (name, alpha) in SHADES.items()
+    }
     shades[-1] = to_rgba(colours.faint, 0.45)
     picture = np.array([[shades[int(kind)] for kind in row] for row in chart.kinds.T])
     ax.imshow(picture, origin="lower", aspect="auto", extent=_extent(chart), interpolation="nearest", zorder=0)
@@ -151,7 +154,3 @@ def _extent(chart: Any) -> tuple[float, float, float, float]:
     (a, b), (c, d) = ((values[0], values[-1]) for values in (chart.first_values, chart.second_values))
     h, k = (b - a) / (len(chart.first_values) - 1) / 2, (d - c) / (len(chart.second_values) - 1) / 2
     return float(a - h), float(b + h), float(c - k), float(d + k)
-
-
-def _shade(name: str, colours: Theme) -> str:
-    return colours.trace if name == "trace" else colours.lines[int(name.removeprefix("lines"))]

@@ -172,10 +172,6 @@ def _draw_terms(
     _cut_spikes(ax, time, curves.max(axis=0), curves.min(axis=0), coordinate.unit, colours)
 
 
-def _note(ax: Axes, text: str, colours: Theme) -> None:
-    ax.annotate(text, (1.0, 1.01), xycoords="axes fraction", ha="right", va="bottom", fontsize=8, color=colours.text)
-
-
 def _cut_spikes(ax: Axes, time: Array, high: Array, low: Array, unit: str, colours: Theme) -> None:
     """Scale the axes to all but a few instants, if these go far beyond the others, and state how far they go."""
     top, bottom = float(np.percentile(high, 100 - RARE)), float(np.percentile(low, RARE))
@@ -189,7 +185,7 @@ def _cut_spikes(ax: Axes, time: Array, high: Array, low: Array, unit: str, colou
         f"cut off: up to {high.max():.3g}, down to {low.min():.3g} {with_superscripts(unit)}, "
         f"the farthest at {largest_time:.3g}"
     )
-    _note(ax, text, colours)
+    ax.annotate(text, (1, 1.01), xycoords="axes fraction", ha="right", va="bottom", fontsize=8, color=colours.text)
 
 
 def plot_budget(

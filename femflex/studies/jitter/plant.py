@@ -26,6 +26,7 @@ from femflex.disturbances import (
 )
 from femflex.disturbances.disturbance import COMPONENTS, perpendicular
 from femflex.effectors.sensor import Sensor
+from femflex.effectors.wheel import P as WHEEL
 from femflex.effectors.wheel import Rotor
 from femflex.noun.problems import suggestion_text
 from femflex.rotations import dcm_from_quaternion
@@ -312,17 +313,11 @@ def _with_speeds(system: System, sources: Mapping[str, Source], speeds: Mapping[
                     + suggestion_text(noun.wheel, [key.removesuffix(".momentum") for key in states if "." in key])
                 )
             wheel = next(effector for effector in system.effectors if effector.name == noun.wheel)
-            z0[state] = _axial_inertia(wheel) * speed
+            z0[state] = float(wheel.parameters[WHEEL.inertia]) * speed  # type: ignore[union-attr]
         elif noun.inertia:
             momentum = noun.inertia * speed
             rotors[f"{ROTOR}{name}"] = Rotor(body=noun.body, marker=noun.marker, axis=noun.axis, momentum=momentum)
     return with_effectors(replace(system, z0=z0), rotors)
-
-
-def _axial_inertia(wheel: object) -> float:
-    from femflex.effectors.wheel import P
-
-    return float(wheel.parameters[P.inertia])  # type: ignore[attr-defined]
 
 
 def _inputs(sources: Mapping[str, Source]) -> tuple[list[str], dict[str, Array]]:

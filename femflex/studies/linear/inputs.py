@@ -123,18 +123,15 @@ def all_inputs(system: System) -> dict[str, Input]:
             else:
                 inputs.append(Input(f"joints/{name}/effort", "N m" if turns else "N", "effort", name, "", largest))
     for effector in system.effectors:
-        if isinstance(effector, Effector) and is_input(effector):
+        if isinstance(effector, Effector) and (
+            stands_for_controller(effector) or (effector.kind == "signal" and (not effector.name.endswith(UNIT)))
+        ):
             for channel in ("value",) if effector.kind == "signal" else effector.channels:
                 path, unit = f"effectors/{effector.name}/{channel}", effector.channels[channel]
                 inputs.append(Input(path, unit, "effector", effector.name, channel, STEP * SIZE))
     if system.orbit is None:
         inputs += [Input(f"{BASE}:{axis}", "m/s^2", "base", "", axis, 1.0, "inertial") for axis in XYZ]
     return {entry.path: entry for entry in inputs}
-
-
-def is_input(effector: Effector) -> bool:
-    """Whether an effector is a signal, or stands for the commands of a controller."""
-    return stands_for_controller(effector) or (effector.kind == "signal" and not effector.name.endswith(UNIT))
 
 
 def default_inputs(system: System, moving: Sequence[str]) -> list[str]:
