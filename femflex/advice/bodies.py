@@ -15,9 +15,8 @@ from femflex.reduction.origin import Analytic, Meshed, Origin
 from femflex.reduction.preload.equilibrium import is_preloaded
 from femflex.reduction.reduce import MOST_COORDINATES
 from femflex.reduction.resolved_body import ResolvedBody, resolved_body
-from femflex.reduction.static_buckling.applied_load import BucklingModel
 from femflex.reduction.static_buckling.beam import BeamBuckling
-from femflex.reduction.static_buckling.buckling_analysis import BucklingAnalysis
+from femflex.reduction.static_buckling.buckling_analysis import BucklingAnalysis, BucklingModel
 from femflex.reduction.static_buckling.structure import StructureBuckling
 
 

@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Protocol
 
 from femflex.advice.advice import Advice
 from femflex.advice.bodies import BodyOrigins
-from femflex.advice.deflections import DeflectionWatches
+from femflex.advice.deflections import DeflectionWatches, SpinningDeflectionWatch
 from femflex.advice.deployed_bending import AxialForceWatch, SlackWatch
-from femflex.advice.spinning_deflections import SpinningDeflectionWatch
 from femflex.advice.stiffening import StiffeningWatch
 from femflex.advice.tension import TensionWatch
 from femflex.arrays import Array

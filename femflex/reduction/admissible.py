@@ -27,8 +27,7 @@ from femflex.reduction.inertia.moments import point_moments
 from femflex.reduction.large_deflection.foreshortening import foreshortening_of
 from femflex.reduction.modes.damping import UNANSWERED, Damping, bending_damping, is_added, is_unanswered
 from femflex.reduction.modes.vibration import TURN, ModeSet
-from femflex.reduction.strain.condense import condense
-from femflex.reduction.strain.static_stretch import with_stretch_of_slaved
+from femflex.reduction.strain.condense import condense, with_stretch_of_slaved
 from femflex.reduction.strain.turned_sections import Sections, with_turned_sections
 
 SIDES = 16  # of the tube for drawing

@@ -24,8 +24,7 @@ from femflex.fem.tables import StrainBlock
 from femflex.mesh.cells import CELL_TYPES
 from femflex.reduction.beams.strain_points import strain_field
 from femflex.reduction.boundary.patches import add_patches
-from femflex.reduction.modes.statics import static_response
-from femflex.reduction.modes.vibration import ModeSet
+from femflex.reduction.modes.vibration import ModeSet, static_response
 
 SAME = 1e-6  # of the extent: distance of the centre of an element from that of its cell, beyond that of other cells
 RELAXED = 1e-6  # of the stress of a strain that is held: a smaller remainder is rounding

@@ -17,9 +17,8 @@ from femflex.fem.tables import SectionInertia, element_chunks
 from femflex.mesh import Mesh, read_mesh
 from femflex.reduction.beams.strain_points import strain_field
 from femflex.reduction.boundary.clamps import Groups
-from femflex.reduction.boundary.load_sets import add_load_sets
 from femflex.reduction.boundary.markers import attachable_nodes, marker, marker_rows
-from femflex.reduction.boundary.patches import add_patches
+from femflex.reduction.boundary.patches import add_load_sets, add_patches
 from femflex.reduction.boundary.rigid import check_no_rigid_motion, is_held_by_springs, rigid_shapes
 from femflex.reduction.induced_strain import with_induced_strains
 from femflex.reduction.inertia.moments import linear_stiffness, mass_moments, mass_points
@@ -30,12 +29,10 @@ from femflex.reduction.modes.damping import UNANSWERED, Damping, bending_damping
 from femflex.reduction.modes.nodal import is_lumped
 from femflex.reduction.modes.vibration import ModeSet, cantilever_modes, free_free_modes
 from femflex.reduction.preload.equilibrium import is_preloaded
-from femflex.reduction.strain.condense import condense
+from femflex.reduction.strain.condense import condense, dependent_derivatives, with_static_stretch
 from femflex.reduction.strain.folded_beams import warn_of_folded_beams, warn_of_in_plane_turns
-from femflex.reduction.strain.following import dependent_derivatives
 from femflex.reduction.strain.initial_stress import warn_if_slack
 from femflex.reduction.strain.omitted_shear import warn_of_omitted_shear
-from femflex.reduction.strain.static_stretch import with_static_stretch
 from femflex.reduction.strain.tensors import cubic_tensors, strain_tensors
 from femflex.reduction.strain.turned_sections import sections_of, with_turned_sections
 

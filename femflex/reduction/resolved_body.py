@@ -33,7 +33,7 @@ from femflex.reduction.beams.beam_functions import gauss, points_for
 from femflex.reduction.beams.uniform_beam import BeamFunctions
 from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.inertia.accelerations import loads_of_rigid_accelerations
-from femflex.reduction.modes.statics import static_response
+from femflex.reduction.modes.vibration import static_response
 from femflex.reduction.origin import Analytic, Deployed, Meshed
 
 Matrix: TypeAlias = Array | sparse.csr_array

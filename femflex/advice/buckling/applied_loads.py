@@ -15,7 +15,7 @@ from femflex.advice.buckling.applied_forces import FOLLOWING, AppliedForce, Rigi
 from femflex.arrays import Array
 from femflex.dynamics.model import compile_system
 from femflex.fem.connections.connection import skew
-from femflex.reduction.static_buckling.applied_load import AppliedLoad
+from femflex.reduction.static_buckling.buckling_analysis import AppliedLoad
 from femflex.system import Joint, System
 
 OWN = "its own inertia and weight"

@@ -18,7 +18,7 @@ from femflex.advice.limits import (
     SINGLE_LOAD_SHARE,
 )
 from femflex.advice.motion_estimate import RigidEstimate
-from femflex.reduction.static_buckling.applied_load import AppliedLoad, BucklingResult
+from femflex.reduction.static_buckling.buckling_analysis import AppliedLoad, BucklingResult
 from femflex.system import System
 
 CONDENSED_NOTE = (

@@ -13,8 +13,7 @@ from femflex.arrays import Array
 from femflex.fem.structure import Structure
 from femflex.reduction.large_deflection.bent_states import over_mass
 from femflex.reduction.large_deflection.foreshortening import second_order_response
-from femflex.reduction.modes.statics import static_response
-from femflex.reduction.modes.vibration import ModeSet, responses_to_clamp_accelerations
+from femflex.reduction.modes.vibration import ModeSet, responses_to_clamp_accelerations, static_response
 
 REACH = 0.1  # displacement over size up to which the structure is assessed
 LOOKED_AT = 3  # number of the lowest vibration shapes that are assessed

@@ -19,9 +19,8 @@ from femflex.fem.structure import Structure
 from femflex.reduction.inertia.accelerations import answers_to_accelerations
 from femflex.reduction.large_deflection.bent_states import bent_states, over_mass
 from femflex.reduction.large_deflection.softening import answers_to_bends
-from femflex.reduction.modes.statics import static_response
-from femflex.reduction.modes.vibration import ModeSet, ritz
-from femflex.reduction.strain.following import FASTER
+from femflex.reduction.modes.vibration import ModeSet, ritz, static_response
+from femflex.reduction.strain.condense import FASTER
 
 RANK = 1e-12  # share of the largest energy below which a combination of derivatives adds nothing (1e-6 in amplitude)
 FAR = 0.2  # deflection over the structure's size, up to which a set must not lock

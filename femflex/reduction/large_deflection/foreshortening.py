@@ -14,8 +14,7 @@ from femflex.body import FlexibleBody, Foreshortening
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.inertia.accelerations import work_of_accelerations
-from femflex.reduction.modes.statics import static_response
-from femflex.reduction.modes.vibration import ModeSet
+from femflex.reduction.modes.vibration import ModeSet, static_response
 
 ALONE = 1e-6  # share of the other shapes in the lowest shape of a set, by mass, below which it is one shape of the set
 

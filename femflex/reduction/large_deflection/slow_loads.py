@@ -12,9 +12,8 @@ from femflex.fem.structure import Structure
 from femflex.reduction.boundary.rigid import DIRECTIONS, independent_columns
 from femflex.reduction.large_deflection.bent_states import over_mass
 from femflex.reduction.modes.residuals import residual_vectors
-from femflex.reduction.modes.statics import static_response
-from femflex.reduction.modes.vibration import ModeSet, load_vectors
-from femflex.reduction.strain.following import FASTER
+from femflex.reduction.modes.vibration import ModeSet, load_vectors, static_response
+from femflex.reduction.strain.condense import FASTER
 
 FASTEST = 8.0  # frequency of a load's static shape over the highest of a set that it may join: 6.5 for the rest of an
 # end load beside one mode, and about 40 for an axial load on a beam 100 times as long as its radius of gyration

@@ -18,8 +18,7 @@ from femflex.fem.structure import Structure
 from femflex.reduction.boundary.clamps import free_dofs
 from femflex.reduction.large_deflection.bent_states import over_mass, state_at_amplitudes, state_energy
 from femflex.reduction.large_deflection.derivatives import outside_set, scaled_derivatives
-from femflex.reduction.modes.statics import static_response
-from femflex.reduction.modes.vibration import ModeSet, ritz
+from femflex.reduction.modes.vibration import ModeSet, ritz, static_response
 
 FAR = 1e3  # displacement over size at which the cubic force is evaluated: other terms are rounding there
 HELD = 1e-3  # share of the energy of a deflected state that the set may lack

@@ -18,8 +18,7 @@ from femflex.arrays import Array, BoolArray
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.rigid import DIRECTIONS
 from femflex.reduction.modes.damping import UNANSWERED
-from femflex.reduction.modes.statics import static_response
-from femflex.reduction.modes.vibration import ModeSet, load_vectors, ritz
+from femflex.reduction.modes.vibration import ModeSet, load_vectors, ritz, static_response
 
 ANSWERED = 1e-8  # residual share of a load, or of its static response, below which the set represents it fully
 UNMOVED = (

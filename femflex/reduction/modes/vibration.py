@@ -192,3 +192,18 @@ class ModeSet:
 def rigid_set(n_dof: int) -> ModeSet:
     """The empty set: a Structure reduced by it is a rigid body."""
     return ModeSet(np.zeros((n_dof, 0)), (), np.zeros(0))
+
+
+def static_response(structure: Structure, modes: ModeSet, load: Array) -> Array:
+    """Displacements (n_dof, k) under loads (n_dof, k) with the set's supports, factorised once for all (`supported`).
+
+    Without clamps the load is balanced by uniform and rotational acceleration (inertia relief), and the frame is placed
+    as the set places it: on its reference group, or at the mean motion for free-free modes.
+    """
+    supports = supported(structure, modes.held)
+    x = supports.answers(load)
+    if modes.held.size or not modes.reference:
+        return x
+    rows = marker_rows(structure, modes.reference)
+    mean_motion = np.concatenate([rows.translation.toarray(), rows.rotation.toarray()])
+    return x - supports.R @ np.linalg.lstsq(mean_motion @ supports.R, mean_motion @ x, rcond=None)[0]

@@ -19,7 +19,7 @@ from femflex.reduction.inertia.accelerations import loads_of_linear_acceleration
 from femflex.reduction.large_deflection.load_path import largest_displacement
 from femflex.reduction.modes.buckling import roughly_lowest
 from femflex.reduction.modes.vibration import ModeSet
-from femflex.reduction.static_buckling.lateral import buckling_force, lowest_of_few
+from femflex.reduction.static_buckling.beam import buckling_force, lowest_of_few
 
 STIFF = 1e3  # stiffness that fixes a marker, over the largest of a dof
 BASIS_SHAPES = 12  # shapes that select the worst instant
