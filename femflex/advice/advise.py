@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from femflex.advice.advice import Advice, doubt, warn_of
 from femflex.advice.bodies import BodyOrigins
-from femflex.advice.buckling.margin import buckling_margins, buckling_warnings, unassessed_bodies
+from femflex.advice.buckling import buckling_margins, buckling_warnings, unassessed_bodies
 from femflex.advice.curved import shape_notes
 from femflex.advice.limits import division_remedy
 from femflex.advice.model_warnings import model_warnings

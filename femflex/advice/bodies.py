@@ -10,14 +10,12 @@ import numpy as np
 
 from femflex.body import FlexibleBody
 from femflex.fem.deflected import tension_blocks
-from femflex.reduction.large_deflection.curvature import hardening, least_stiffness_ratio, mesh_rise
-from femflex.reduction.origin import Analytic, Meshed, Origin
+from femflex.reduction.large_deflection.foreshortening import hardening, least_stiffness_ratio, mesh_rise
+from femflex.reduction.origin import Analytic, Meshed, Origin, ResolvedBody, resolved_body
 from femflex.reduction.preload.equilibrium import is_preloaded
 from femflex.reduction.reduce import MOST_COORDINATES
-from femflex.reduction.resolved_body import ResolvedBody, resolved_body
-from femflex.reduction.static_buckling.beam import BeamBuckling
 from femflex.reduction.static_buckling.buckling_analysis import BucklingAnalysis, BucklingModel
-from femflex.reduction.static_buckling.structure import StructureBuckling
+from femflex.reduction.static_buckling.elastic_structures import BeamBuckling, StructureBuckling
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,13 +8,13 @@ import numpy as np
 
 from femflex.advice.advice import Advice
 from femflex.advice.bodies import BodyOrigin, BodyOrigins
-from femflex.advice.buckling.margin import BucklingMargin
+from femflex.advice.buckling import BucklingMargin
 from femflex.advice.limits import DISPLACEMENT_OF_RISE, RESPONSE_REACH, RESPONSES, SOFTENING_RATIO
 from femflex.body import FlexibleBody, StrainTensors
 from femflex.fem.structure import Structure
 from femflex.reduction import ModeSet, least_stiffness_ratio, mesh_rise, stretching
+from femflex.reduction.large_deflection.third_derivatives import sheet_note
 from femflex.reduction.origin import Meshed
-from femflex.reduction.wide_sheets import sheet_note
 
 
 def shape_notes(bodies: Mapping[str, FlexibleBody], origins: BodyOrigins) -> list[Advice]:

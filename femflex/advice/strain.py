@@ -11,7 +11,7 @@ import numpy as np
 
 from femflex.advice.advice import Advice
 from femflex.advice.bodies import BodyOrigins
-from femflex.advice.buckling.margin import BucklingMargin
+from femflex.advice.buckling import BucklingMargin
 from femflex.advice.curved import snap_through_advice
 from femflex.advice.deflections import deflection_watches
 from femflex.advice.limits import (

@@ -10,7 +10,7 @@ and of each mode that the run excites. Without it such a frequency rises by half
 boom stores no energy, and its static shape would be the craft's one stiff coordinate. A root that cannot move needs no
 static shapes.
 
-The truncation error of the craft is that of the same modes, from the residual of each body (`reduction.resolved_body`).
+The truncation error of the craft is that of the same modes, from the residual of each body (`reduction.origin`).
 """
 
 from __future__ import annotations

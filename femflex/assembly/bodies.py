@@ -42,11 +42,11 @@ from femflex.reduction import (
     with_derivatives,
 )
 from femflex.reduction.methods import Stretchable
-from femflex.reduction.modes.half_waves import half_wave_text, warn_of_few_elements
+from femflex.reduction.mode_warnings import half_wave_text, warn_of_few_elements
 from femflex.reduction.modes.vibration import ModeSet
 from femflex.reduction.origin import Analytic, Meshed, Origin
 from femflex.reduction.preload.equilibrium import is_preloaded
-from femflex.reduction.small_motions import small_motion_body
+from femflex.reduction.reduce import small_motion_body
 from femflex.system import Part, Segments
 from femflex.warning import PhysicsWarning
 

@@ -17,9 +17,9 @@ from femflex.case.case import Case
 from femflex.fem.support import COMPONENTS
 from femflex.reduction.methods import Cantilever, CraigBampton, FreeFree
 from femflex.reduction.modes.damping import Damping
-from femflex.reduction.modes.harmonic import with_harmonic_responses
+from femflex.reduction.modes.residuals import with_harmonic_responses
 from femflex.reduction.modes.vibration import load_vectors
-from femflex.reduction.small_motions import small_motion_body
+from femflex.reduction.reduce import small_motion_body
 from femflex.warning import PhysicsWarning
 
 

@@ -14,8 +14,7 @@ from femflex.deployment.material import inertia_of
 from femflex.deployment.series import Series, added
 from femflex.deployment.shapes import MemberShapes, ShapeFunctions
 from femflex.deployment.table import DeployingParts, MarkerSeries
-from femflex.fem.eigen.canonical import canonical_modes
-from femflex.fem.eigen.modes import dense_modes
+from femflex.fem.eigen.shift_invert import canonical_modes, dense_modes
 
 Shapes = TypeVar("Shapes", bound=MemberShapes)
 Strain = Literal["linear", "condensed"]

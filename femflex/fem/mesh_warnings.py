@@ -33,8 +33,8 @@ from femflex.fem.limits import (
 )
 from femflex.fem.line.chain import arc_excess
 from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
-from femflex.fem.shell.directors import normals_at_nodes
-from femflex.fem.solid.rules import REDUCED
+from femflex.fem.shell.surface import normals_at_nodes
+from femflex.fem.solid.blocks import REDUCED
 from femflex.mesh.cells import CELL_TYPES, EDGES, FACES
 from femflex.mesh.mesh import Mesh
 from femflex.warning import PhysicsWarning

@@ -17,7 +17,7 @@ import numpy as np
 from femflex.advice.advice import Advice, doubt, notes_of, warn_of
 from femflex.advice.advise import strain_doubt
 from femflex.advice.bodies import BodyOrigins
-from femflex.advice.buckling.margin import (
+from femflex.advice.buckling import (
     BucklingMargin,
     assessed_bodies,
     buckling_margins,

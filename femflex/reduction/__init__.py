@@ -5,9 +5,14 @@ from __future__ import annotations
 from femflex.reduction.admissible import beam_body, sampled_functions
 from femflex.reduction.beams.uniform_beam import BeamFunctions, Taper, TaperedBeam, UniformBeam
 from femflex.reduction.inertia.effective_mass import EffectiveMass, effective_mass, mac, mac_of_bodies
-from femflex.reduction.large_deflection.curvature import hardening, least_stiffness_ratio, mesh_rise
 from femflex.reduction.large_deflection.derivatives import with_derivatives
-from femflex.reduction.large_deflection.foreshortening import foreshortening, foreshortening_of
+from femflex.reduction.large_deflection.foreshortening import (
+    foreshortening,
+    foreshortening_of,
+    hardening,
+    least_stiffness_ratio,
+    mesh_rise,
+)
 from femflex.reduction.large_deflection.response_states import with_responses
 from femflex.reduction.large_deflection.slow_loads import slow_loads
 from femflex.reduction.large_deflection.stretch import Stretching, missing_stretch, require_stretch, stretching
@@ -26,8 +31,7 @@ from femflex.reduction.modes.residuals import with_attachment
 from femflex.reduction.modes.vibration import ModeSet, cantilever_modes, free_free_modes, load_vectors, rigid_set
 from femflex.reduction.preload.equilibrium import static_equilibrium
 from femflex.reduction.preload.loads import OrbitField, Preload
-from femflex.reduction.reduce import reduce_structure
-from femflex.reduction.segments import chord_modes, reduce_segments
+from femflex.reduction.reduce import chord_modes, reduce_segments, reduce_structure
 from femflex.reduction.store import load_body, save_body
 from femflex.reduction.strain.condense import condense
 from femflex.reduction.strain.initial_stress import relaxed, warn_of_initial_stress

@@ -12,8 +12,7 @@ from femflex.arrays import Array, BoolArray
 from femflex.body import FlexibleBody, InducedStrain, Marker, Patches, Skin, StrainTensors
 from femflex.body.induced_strain import LINES, patch_axes
 from femflex.body.patches import FLAT
-from femflex.fem.eigen.canonical import canonical_modes, signs
-from femflex.fem.eigen.modes import dense_modes
+from femflex.fem.eigen.shift_invert import canonical_modes, dense_modes, signs
 from femflex.fem.line.chain import section_points
 from femflex.fem.structure import Structure
 from femflex.reduction.beams.beam_functions import ends_of, gauss, points_for

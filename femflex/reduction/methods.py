@@ -16,11 +16,11 @@ from femflex.noun.table import Table, refuse
 from femflex.noun.values import Count, PositiveLength, ValueProblem, Whole, _Readable, value_text
 from femflex.reduction.large_deflection.derivatives import with_derivatives
 from femflex.reduction.large_deflection.response_states import with_responses
+from femflex.reduction.large_deflection.third_derivatives import with_sheet_shapes
 from femflex.reduction.modes.craig_bampton import craig_bampton
 from femflex.reduction.modes.nodal import lumped, nodal, nodal_translations
 from femflex.reduction.modes.residuals import with_attachment
 from femflex.reduction.modes.vibration import ModeSet, cantilever_modes, free_free_modes, load_vectors, rigid_set
-from femflex.reduction.wide_sheets import with_sheet_shapes
 from femflex.warning import PhysicsWarning
 
 Slow = Callable[[ModeSet], Array]

@@ -2,37 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
 from femflex.arrays import Array, BoolArray, IntArray
-from femflex.body import FlexibleBody, LoadSet, Marker, Patches, Skin, StrainTensors
+from femflex.body import FlexibleBody, LoadSet, Marker, MassMoments, Patches, Skin, StrainTensors
 from femflex.fem.deflected import tension_blocks
+from femflex.fem.line.segments import ENDS, FAR, NEAR, Segment
 from femflex.fem.static_loads import StaticLoads
 from femflex.fem.structure import Member, Structure, build_structure
 from femflex.fem.tables import SectionInertia, element_chunks
 from femflex.mesh import Mesh, read_mesh
+from femflex.mesh.regions import WHOLE_GROUPS
 from femflex.reduction.beams.strain_points import strain_field
 from femflex.reduction.boundary.clamps import Groups
 from femflex.reduction.boundary.markers import attachable_nodes, marker, marker_rows
 from femflex.reduction.boundary.patches import add_load_sets, add_patches
 from femflex.reduction.boundary.rigid import check_no_rigid_motion, is_held_by_springs, rigid_shapes
 from femflex.reduction.induced_strain import with_induced_strains
+from femflex.reduction.inertia.accelerations import loads_of_rigid_accelerations
 from femflex.reduction.inertia.moments import linear_stiffness, mass_moments, mass_points
 from femflex.reduction.inertia.orders import first_order_part, membrane_cubic
 from femflex.reduction.large_deflection.derivatives import with_derivatives
 from femflex.reduction.large_deflection.foreshortening import foreshortening
+from femflex.reduction.mode_warnings import warn_of_folded_beams, warn_of_in_plane_turns, warn_of_omitted_shear
+from femflex.reduction.modes.craig_bampton import craig_bampton
 from femflex.reduction.modes.damping import UNANSWERED, Damping, bending_damping, is_added, is_unanswered
 from femflex.reduction.modes.nodal import is_lumped
 from femflex.reduction.modes.vibration import ModeSet, cantilever_modes, free_free_modes
 from femflex.reduction.preload.equilibrium import is_preloaded
 from femflex.reduction.strain.condense import condense, dependent_derivatives, with_static_stretch
-from femflex.reduction.strain.folded_beams import warn_of_folded_beams, warn_of_in_plane_turns
-from femflex.reduction.strain.initial_stress import warn_if_slack
-from femflex.reduction.strain.omitted_shear import warn_of_omitted_shear
+from femflex.reduction.strain.initial_stress import relaxed, warn_if_slack
 from femflex.reduction.strain.tensors import cubic_tensors, strain_tensors
 from femflex.reduction.strain.turned_sections import sections_of, with_turned_sections
 
@@ -308,3 +311,113 @@ def flexible_body(
     places = dict(markers) if isinstance(markers, Mapping) else {group: group for group in markers}
     how = Damping(ratio=damping) if isinstance(damping, int | float) else damping
     return reduce_structure(structure, shapes, places, how, strain)
+
+
+# Reduce a Structure to a FlexibleBody that is valid only for small motions about rest.
+#
+# The static shapes of a body are selected with such bodies; the body itself is built once its shapes are known.
+
+
+LEVI_CIVITA = np.array([[np.cross(a, b) for b in np.eye(3)] for a in np.eye(3)]).transpose(2, 0, 1)
+
+
+def small_motion_body(
+    structure: Structure,
+    modes: ModeSet,
+    markers: Mapping[str, str] | None = None,
+    turning: Container[str] | None = None,
+    patches: Sequence[str] = (),
+    loads: Mapping[str, StaticLoads] | None = None,
+    induced: Sequence[str] = (),
+) -> FlexibleBody:
+    """The undamped FlexibleBody of a structure for small motions about rest; arguments as of `reduce_structure`."""
+    groups = {**{group: group for group in modes.groups}, **(markers or {})}
+    rigid = mass_moments(structure.inertia, np.zeros((structure.T.shape[0], 0)))
+    body_markers, body_patches, load_sets = attachments(structure, modes.phi, groups, turning, patches, loads, True)
+    draft = replace(
+        body_of_shapes(structure, modes.phi, rigid, body_markers),
+        skin=skin_of(structure, modes.phi),
+        kinds=modes.kinds,
+        omega=modes.omega,
+        mass_points=mass_points(structure, modes.phi),
+        patches=body_patches,
+        load_sets=load_sets,
+    )
+    return with_induced_strains(structure, modes, draft, induced, np.arange(draft.n_modes))
+
+
+def body_of_shapes(structure: Structure, phi: Array, rigid: MassMoments, markers: Mapping[str, Marker]) -> FlexibleBody:
+    """A body of shapes phi (n_dof, n) [m, rad] with these markers, and the moments that small motions about rest need.
+
+    rigid: moments of the undeformed body; moments of shapes in it are ignored.
+    """
+    n = phi.shape[1]
+    momenta = loads_of_rigid_accelerations(structure).T @ phi  # momentum (3, n) and angular momentum (3, n) per shape
+    second = np.zeros((1 + n, 3, 1 + n, 3))
+    second[0, :, 0, :] = rigid.second[0, :, 0, :]
+    half_moments = np.einsum("abc,ak->bkc", LEVI_CIVITA, momenta[3:]) / 2
+    second[0, :, 1:, :] = half_moments
+    second[1:, :, 0, :] = half_moments.transpose(1, 2, 0)
+    Me = phi.T @ (structure.M @ phi)
+    second[1:, :, 1:, :] = np.einsum("kl,ab->kalb", Me, np.eye(3)) / 3
+    return FlexibleBody(
+        moments=MassMoments(rigid.mass, np.vstack([rigid.first[:1], momenta[:3].T]), second),
+        strain=StrainTensors.linear(linear_stiffness(structure.K, phi)),
+        damping=np.zeros((n, n)),
+        markers=dict(markers),
+    )
+
+
+def chord_modes(structure: Structure, n: int = 0) -> ModeSet:
+    """The set of a segment between its ends: six static shapes and the n lowest modes with both ends fixed.
+
+    The body frame follows the chord, the line between the ends, so that a segment bent by an angle theta errs by
+    theta^2/24 of its length, a quarter of what it would in a frame that follows one end; with k segments the error of
+    large deflections falls as 1/k^2.
+    """
+    return craig_bampton(structure, (NEAR, FAR), n, reference=ENDS)
+
+
+def reduce_segments(
+    segments: Sequence[Segment],
+    markers: Mapping[str, str] | None = None,
+    modes: Callable[[Structure], ModeSet] = chord_modes,
+    damping: Damping | None = None,
+    strain: Literal["linear", "nonlinear", "condensed"] = "linear",
+    patches: Sequence[str] = (),
+) -> tuple[FlexibleBody, ...]:
+    """One FlexibleBody per segment, in the frame of the whole mesh, with markers NEAR and FAR at its ends.
+
+    markers  name -> group of the whole mesh; each belongs to the first segment that contains the whole group
+    modes    shapes of a segment's Structure (see chord_modes, which is the default)
+    strain, patches  see `reduce_structure`; a segment has the patches of the groups that it is part of
+    The first segment's "origin" is rigidly connected to its near end.
+    Raises ValueError for a group that no segment contains.
+    """
+    groups = dict(markers or {})
+    segment_markers = [{NEAR: NEAR, FAR: FAR} for _ in segments]
+    for name, group in groups.items():
+        candidates = [j for j, segment in enumerate(segments) if group in segment.groups]
+        if not candidates:
+            raise ValueError(
+                f"marker {name!r} needs group {group!r}, whose points are on several of the {len(segments)} segments, "
+                "or off the member; name a group of points of one segment"
+            )
+        segment_markers[candidates[0]][name] = group
+    bodies = []
+    for segment, of_segment in zip(segments, segment_markers, strict=True):
+        structure = build_structure(segment.mesh, segment.members, segment.point_masses)
+        structure = relaxed(structure)  # welded end to end, it has no supports
+        shapes = modes(structure)
+        own = [group for group in patches if group in WHOLE_GROUPS or group in segment.mesh.cell_groups]
+        bodies.append(reduce_structure(structure, shapes, of_segment, damping, strain, patches=own))
+    first = bodies[0]
+    bodies[0] = replace(first, markers={**first.markers, "origin": rigidly_offset(first.markers[NEAR], np.zeros(3))})
+    return tuple(bodies)
+
+
+def rigidly_offset(marker: Marker, position: Array) -> Marker:
+    """A marker at another undeformed position (3,) [m], rigidly connected to the given marker."""
+    arm = position - marker.position
+    phi = marker.phi + np.cross(marker.psi, arm, axisa=0, axisb=0, axisc=0)
+    return Marker(position, phi, marker.psi, axis=marker.axis)

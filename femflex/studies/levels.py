@@ -25,8 +25,8 @@ from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable
 from femflex.case.deploying import DeployingTable
 from femflex.case.matrices import MatricesTable
 from femflex.case.run import StudyTable
-from femflex.fem.eigen.canonical import count_without_split_cluster
 from femflex.fem.eigen.modes import stiffness_ratio
+from femflex.fem.eigen.shift_invert import count_without_split_cluster
 from femflex.measures.measure import OF_BODY
 from femflex.mesh.cells import CELL_TYPES
 from femflex.pipeline.case_bodies import build_body, build_each

@@ -27,8 +27,7 @@ from support.work_counts import CLAMPED, FREE, HELD, write_case
 
 from femflex.assembly import build_mesh, build_structure_of
 from femflex.case import read_case
-from femflex.fem.eigen.modes import factorise
-from femflex.fem.eigen.shift_invert import ShiftInverted
+from femflex.fem.eigen.shift_invert import ShiftInverted, factorise
 from femflex.mesh import box, rectangle
 from femflex.pipeline.case_bodies import build_body
 from femflex.reduction.boundary.supported import supported

@@ -7,9 +7,9 @@ import pytest
 from scipy import sparse
 
 from femflex.fem import Material, Member, build_structure
-from femflex.fem.eigen.canonical import canonical_modes
 from femflex.fem.eigen.modes import lowest_modes, stiffness_ratio
 from femflex.fem.eigen.multifrontal import Cholesky
+from femflex.fem.eigen.shift_invert import canonical_modes
 from femflex.fem.sections import StiffnessSection
 from femflex.mesh import box, line
 from femflex.reduction import cantilever_modes

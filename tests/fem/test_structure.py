@@ -9,8 +9,8 @@ from support.nonlinear_models import STRUCTURES, random_state
 from support.plate_models import METAL, random_rotation
 
 from femflex.fem import Material, Member, build_structure
+from femflex.fem.deflected import RelaxedStrain, settled_stress, with_settled_stress
 from femflex.fem.matrix_structure import SCALAR, structure_from_matrices
-from femflex.fem.relaxed import RelaxedStrain, settled_stress, with_settled_stress
 from femflex.fem.sections import Circle
 from femflex.mesh import Mesh, line
 

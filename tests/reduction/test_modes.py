@@ -36,7 +36,7 @@ from femflex.reduction import (
     with_attachment,
 )
 from femflex.reduction.boundary.rigid import rigid_shapes
-from femflex.reduction.modes.half_waves import half_wave_text, warn_of_few_elements
+from femflex.reduction.mode_warnings import half_wave_text, warn_of_few_elements
 from femflex.warning import PhysicsWarning
 
 

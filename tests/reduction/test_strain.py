@@ -13,7 +13,7 @@ from femflex.fem.sections.laminates import Lamina, Ply, isotropic, sandwich
 from femflex.mesh import line, rectangle
 from femflex.reduction import cantilever_modes, free_free_modes, strain_tensors
 from femflex.reduction.beams.strain_points import strain_field
-from femflex.reduction.strain.omitted_shear import frequency_errors
+from femflex.reduction.mode_warnings import frequency_errors
 
 N = 6
 

@@ -12,8 +12,7 @@ from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.dependence import Dependence
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.beam.corners import corner_nodes
-from femflex.fem.beam.elements import BeamElements, stations
-from femflex.fem.beam.orientation import selected_axes
+from femflex.fem.beam.elements import CENTRES, BeamElements, selected_axes, stations
 from femflex.fem.beam.shapes import NODAL, BeamOrder
 from femflex.fem.beam.strain import beam_strain, shear_strain
 from femflex.fem.family import Contribution, SkinPart, StrainPlaces, family, member_cells
@@ -63,7 +62,6 @@ OPTIONS: Options = {
 ORDERS = range(3, 9)
 STRETCH_ORDERS = range(1, 2 * ORDERS.stop - 2)  # of the axial and torsional fields, up to 2 * 8 - 1
 VARYING_DEGREE = 8  # polynomial degree added to the quadrature where properties vary along the element
-CENTRES = ("offset", "shear_centre", "mass_centre")
 
 
 @family("beam", OPTIONS, prepare=selected_axes, dimension=1)

@@ -14,28 +14,17 @@ import numpy as np
 from scipy import sparse
 
 from femflex.arrays import Array, BoolArray, IntArray
-from femflex.fem.eigen.canonical import canonical_modes, count_without_split_cluster
 from femflex.fem.eigen.shift_invert import (
     DENSE_DOFS,
     ShiftInverted,
     SingularError,
     Solve,
-    dense_modes,
+    canonical_modes,
+    count_without_split_cluster,
     factorise,
     orthonormalise,
 )
 from femflex.warning import PhysicsWarning
-
-__all__ = [
-    "Modes",
-    "check_residual",
-    "dense_modes",
-    "factorise",
-    "lowest_modes",
-    "orthonormalise",
-    "stiffness_ratio",
-    "without_stiffness",
-]
 
 NO_STIFFNESS = 1e-15  # strain energy over the size of its summands; rounding leaves about 1e-17 of a rigid motion
 NO_ENERGY = 1e-21  # eigenvalue over a dof's own below which a shape lies in dofs that have no stiffness at all

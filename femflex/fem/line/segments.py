@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
 
-from femflex.arrays import Array, IntArray
-from femflex.fem.line.attachments import Attachments, attached_parts
+from femflex.arrays import Array, BoolArray, IntArray
 from femflex.fem.line.chain import LINE_TYPES, arc_length, straight_elements
-from femflex.fem.line.path import Path, path_of
 from femflex.fem.point_mass import PointMass
 from femflex.fem.sections.materials import Material
 from femflex.fem.sections.section import Outline, Resultants, Section
@@ -19,7 +19,6 @@ from femflex.fem.structure import Member
 
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
-
 
 NEAR, FAR, ENDS = ".near", ".far", ".ends"  # groups of a segment: its first node, its last, and both
 MOST = 500  # segments; more of them hardly change a result except by rounding
@@ -217,3 +216,184 @@ def _masses(
             groups[f".mass {i}"] = points_here
             masses.append(mass.model_copy(update={"group": f".mass {i}"}))
     return tuple(masses), groups
+
+
+AT_NODE = 1e-9  # of the whole length; a cut closer than this to a node is at the node
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """An open line of straight elements.
+
+    points    (n_p, 3)  the mesh's points and those that cuts have added [m]
+    elements  (e, 2)    nodes of each element, in its own direction
+    nodes     (m,)      nodes in order along the line
+    s         (m,)      arc length of these nodes [m]
+    """
+
+    points: Array
+    elements: IntArray
+    nodes: IntArray
+    s: Array
+
+    @property
+    def length(self) -> float:
+        """Arc length of the whole line [m]."""
+        return float(self.s[-1])
+
+    def arc(self, nodes: IntArray) -> Array:
+        """Arc length of nodes of the line, in their shape [m]."""
+        s_of_point = np.zeros(len(self.points))
+        s_of_point[self.nodes] = self.s
+        return s_of_point[nodes]
+
+    def with_nodes_at_cuts(self, k: int) -> Path:
+        """Return the line with nodes at all multiples of a k-th of its length; elements there are split in two."""
+        cuts = self.length * np.arange(1, k) / k
+        at_node = np.abs(self.s[None, :] - cuts[:, None]).min(axis=1, initial=np.inf) <= AT_NODE * self.length
+        new_s = cuts[~at_node]
+        new_points = np.stack([np.interp(new_s, self.s, self.points[self.nodes, axis]) for axis in range(3)], axis=1)
+        number = len(self.points) + np.arange(len(new_s))
+        nodes, s = np.concatenate([self.nodes, number]), np.concatenate([self.s, new_s])
+        order = np.argsort(s, kind="stable")
+        ends = self.arc(self.elements)
+        elements = []
+        for (a, b), (s_a, s_b) in zip(self.elements, ends, strict=True):
+            inside = (new_s > min(s_a, s_b)) & (new_s < max(s_a, s_b))
+            between = number[inside] if s_a < s_b else number[inside][::-1]
+            chain = np.concatenate([[a], between, [b]])
+            elements.append(np.stack([chain[:-1], chain[1:]], axis=1))
+        points = np.concatenate([self.points, new_points])
+        return Path(points, np.concatenate(elements), nodes[order], s[order])
+
+
+def path_of(mesh: Mesh, elements: IntArray, group: str, start: str | None = None) -> Path:
+    """The line that the elements (e, 2), node numbers, of a group form, from the end that lies in the point group
+    `start`.
+
+    Without `start` it begins where its cells point away from. Raises ValueError when they branch, close, fall into
+    several lines, or when `start` is at neither end.
+    """
+    nodes, local = np.unique(elements, return_inverse=True)
+    local = local.reshape(-1, 2)
+    degree = np.bincount(local.ravel(), minlength=nodes.size)
+    if degree.max() > 2:
+        raise ValueError(
+            f"group {group!r} branches at {int((degree > 2).sum())} of its nodes; only a single line can be cut into "
+            "segments, so make each branch a group and a member of its own"
+        )
+    length = np.linalg.norm(mesh.points[elements[:, 1]] - mesh.points[elements[:, 0]], axis=1)
+    graph = sparse.coo_array((length, (local[:, 0], local[:, 1])), shape=(nodes.size, nodes.size)).tocsr()
+    n_lines = int(csgraph.connected_components(graph, directed=False)[0])
+    ends = np.flatnonzero(degree == 1)
+    if n_lines > 1:
+        raise ValueError(
+            f"group {group!r} falls into {n_lines} lines that share no node; only a single line can be cut into "
+            "segments, so make each a group and a member of its own"
+        )
+    if not ends.size:
+        raise ValueError(
+            f"group {group!r} is a closed line, which has no end to begin at; only an open line can be cut into "
+            "segments, so open it, or divide it into two members"
+        )
+    begin = _begin(mesh, nodes, ends, local, group, start)
+    s = csgraph.dijkstra(graph, directed=False, indices=np.array([begin]))[0]
+    order = np.argsort(s, kind="stable")
+    return Path(mesh.points, elements, nodes[order], s[order])
+
+
+def _begin(mesh: Mesh, nodes: IntArray, ends: IntArray, local: IntArray, group: str, start: str | None) -> int:
+    """Return the end, as an index into `nodes`, where the line begins."""
+    if start is None:
+        pointing_away = np.isin(ends, local[:, 0])
+        return int(ends[np.lexsort((ends, ~pointing_away))[0]])
+    matching_ends = ends[np.isin(nodes[ends], mesh.group_points(start))]
+    if matching_ends.size != 1:
+        where = "both ends" if matching_ends.size else "neither end"
+        raise ValueError(
+            f"group {start!r} lies at {where} of the line {group!r}; name the group of the one end where its segments "
+            "are counted from"
+        )
+    return int(matching_ends[0])
+
+
+@dataclass(frozen=True, eq=False)
+class Attachments:
+    """The segment of each point (n_points,), -1 for points without a member, and the segments of the members' cells.
+
+    cells  group -> cell type -> (rows of the mesh's cells, their segments)
+    """
+
+    nodes: IntArray
+    cells: dict[str, dict[str, tuple[IntArray, IntArray]]]
+
+    def cells_of(self, group: str, j: int) -> dict[str, IntArray]:
+        """Indices (k,) of the cells of a member that go with segment j, by cell type."""
+        rows_by_kind = {kind: rows[segment == j] for kind, (rows, segment) in self.cells[group].items()}
+        return {kind: rows for kind, rows in rows_by_kind.items() if rows.size}
+
+
+def attached_parts(mesh: Mesh, others: Sequence[Member], path: Path, k: int, group: str) -> Attachments:
+    """Assign everything to one of the k segments of the line of `group`; connected parts of other members are assigned
+    as a whole.
+
+    A part consists of cells that share points off the line. Raises ValueError when a part touches several segments, or
+    none.
+    """
+    on = segments_of(path, k)
+    nodes = np.where(on.any(axis=1), on.argmax(axis=1), -1)
+    cells: dict[str, dict[str, tuple[IntArray, IntArray]]] = {other.group: {} for other in others}
+    member_cells = [(o.group, kind, rows) for o in others for kind, rows in mesh.cell_groups[o.group].items()]
+    if not member_cells:
+        return Attachments(nodes, cells)
+    corner = [mesh.cells[kind][rows] for _, kind, rows in member_cells]
+    owner = np.concatenate([np.full(len(c), i) for i, c in enumerate(corner)])
+    cell = np.concatenate([np.repeat(np.flatnonzero(owner == i), c.shape[1]) for i, c in enumerate(corner)])
+    node = np.concatenate([c.ravel() for c in corner])
+    part = _parts(node, cell, np.asarray(~on.any(axis=1)), len(owner))
+    allowed = np.ones((part.max() + 1, k), bool)
+    touched = np.zeros(part.max() + 1, bool)
+    line = np.asarray(on[node].any(axis=1))
+    np.logical_and.at(allowed, part[len(on) + cell[line]], on[node[line]])
+    touched[part[len(on) + cell[line]]] = True
+    part_of_cell = part[len(on) :]
+    for i, (name, _, _) in enumerate(member_cells):
+        _check(allowed[part_of_cell[owner == i]], touched[part_of_cell[owner == i]], name, group, k)
+    segment = allowed.argmax(axis=1)
+    off = ~on[node].any(axis=1)
+    nodes[node[off]] = segment[part_of_cell[cell[off]]]
+    for i, (name, kind, rows) in enumerate(member_cells):
+        cells[name][kind] = (rows, segment[part_of_cell[owner == i]])
+    return Attachments(nodes, cells)
+
+
+def segments_of(path: Path, k: int) -> BoolArray:
+    """Mask (n_points, k) of the segments that each point lies on; a cut lies on two."""
+    position = path.s / path.length * k
+    on = np.zeros((len(path.points), k), bool)
+    slack = 2 * AT_NODE * k
+    for j in range(k):
+        on[path.nodes, j] = (position >= j - slack) & (position <= j + 1 + slack)
+    return on
+
+
+def _parts(node: IntArray, cell: IntArray, off: BoolArray, n_cells: int) -> IntArray:
+    """Part numbers of all points and then of all cells: cells that share points off the line are one part."""
+    kept = off[node]
+    size = len(off) + n_cells
+    graph = sparse.coo_array((np.ones(kept.sum()), (node[kept], len(off) + cell[kept])), shape=(size, size))
+    return csgraph.connected_components(graph, directed=False)[1].astype(np.int64)
+
+
+def _check(allowed: BoolArray, touched: BoolArray, name: str, group: str, k: int) -> None:
+    """Raise ValueError when cells of a member cannot go with one segment."""
+    if not touched.all():
+        raise ValueError(
+            f"the member on group {name!r} has parts that do not touch the line {group!r}, which is cut into {k} "
+            "segments; every part must be attached to a segment; make them a separate body"
+        )
+    if not allowed.any(axis=1).all():
+        raise ValueError(
+            f"the member on group {name!r} holds several of the {k} segments of {group!r} together, so the line cannot "
+            "be cut there; take fewer segments, or make that member a body of its own joined by a joint"
+        )

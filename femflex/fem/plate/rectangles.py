@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.polynomial import polynomial
 
 from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
 from femflex.fem.mesh_warnings import warn_of_curved_sides
 from femflex.fem.option import member_options
-from femflex.fem.plate import rectangle_fields
 from femflex.fem.plate.blocks import LocalDofs, PlateInertia, mass_points
 from femflex.fem.plate.dof_map import flat_map, member_section
 from femflex.fem.plate.elastic import OPTIONS, initial_stress, ply_stiffness, section_stiffness
@@ -26,7 +26,6 @@ from femflex.fem.tables import rows_of_elements
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
     from femflex.mesh import Mesh
-
 
 CELLS = ("quad", "quad8", "quad9")
 SQUARENESS = 1e-6  # tolerances of the cosine of a corner, and of the misfit of the fourth corner over the size
@@ -75,18 +74,18 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     dof_map = flat_map(mesh, corners, axes, numbering, element_dofs)
     xi, eta = (grid.ravel() for grid in np.meshgrid(_POINTS, _POINTS, indexing="ij"))
     area = (a * b)[:, None] * np.outer(_WEIGHTS, _WEIGHTS).ravel()
-    inplane = rectangle_fields.inplane_shapes(xi, eta)
+    inplane = inplane_shapes(xi, eta)
     middle = _rule_points(mesh.points[corners], _POINTS)
     dm, rho, heights = mass_points(middle, area, axes, section)
     rows_needed = slice(0, 1) if _equal_lengths(a) and _equal_lengths(b) else slice(None)
-    rows = rectangle_fields.deflection_and_rotation(xi, eta, a[rows_needed], b[rows_needed])
+    rows = deflection_and_rotation(xi, eta, a[rows_needed], b[rows_needed])
     elastic = stiffness.matrix(shears=False)
     stress = initial_stress(section, options, axes, elastic.shape[2])
     kappa = partial(
         rows_of_elements,
-        rectangle_fields.curvatures(rectangle_fields.XI, rectangle_fields.ETA, a[rows_needed], b[rows_needed]),
+        curvatures(XI, ETA, a[rows_needed], b[rows_needed]),
     )
-    dN = np.stack([rectangle_fields.XI / a[:, None], rectangle_fields.ETA / b[:, None]], axis=1) / 4
+    dN = np.stack([XI / a[:, None], ETA / b[:, None]], axis=1) / 4
     thin = ThinPlates(where, corners, axes, 4 * a * b, dN, kappa, stiffness.S, REMEDY)
     strain = replace(rectangle_strain(a, b, elastic, stress, dof_map, (_POINTS, _WEIGHTS)), thin=thin)
     return Contribution(
@@ -113,7 +112,7 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
 def _rule_points(corners: Array, points: Array) -> Array:
     """Positions (e, q, 3) of a Gauss rule in both directions between corners (e, 4, 3)."""
     xi, eta = (grid.ravel() for grid in np.meshgrid(points, points, indexing="ij"))
-    return np.asarray(np.matmul(rectangle_fields.inplane_shapes(xi, eta)[:, :4], corners))
+    return np.asarray(np.matmul(inplane_shapes(xi, eta)[:, :4], corners))
 
 
 def rectangle_strain(
@@ -136,14 +135,14 @@ def rectangle_strain(
 
     xi, eta = (grid.ravel() for grid in np.meshgrid(rule[0], rule[0], indexing="ij"))
     rows_needed = slice(0, 1) if _equal_lengths(a) and _equal_lengths(b) else slice(None)
-    rows = rectangle_fields.deflection_and_rotation(xi, eta, a[rows_needed], b[rows_needed])
+    rows = deflection_and_rotation(xi, eta, a[rows_needed], b[rows_needed])
     return PlateStrain(
         weight=(a * b)[:, None] * np.outer(rule[1], rule[1]).ravel(),
         elastic=elastic,
         map=dof_map,
-        dP=rectangle_fields.inplane_gradients(xi, eta, a[rows_needed], b[rows_needed]),
+        dP=inplane_gradients(xi, eta, a[rows_needed], b[rows_needed]),
         slopes=partial(rows_of_elements, -rows[:, :, 1:]),
-        bending=partial(rows_of_elements, rectangle_fields.curvatures(xi, eta, a[rows_needed], b[rows_needed])),
+        bending=partial(rows_of_elements, curvatures(xi, eta, a[rows_needed], b[rows_needed])),
         fine=partial(strain_by_rule, _SQUARES),
         tied=tied,
         stress=stress,
@@ -180,3 +179,103 @@ def rectangles(points: Array, corners: IntArray, where: str) -> tuple[IntArray, 
 
 def _equal_lengths(lengths: Array) -> bool:
     return bool(np.abs(lengths - lengths[0]).max() < ROUNDING * lengths[0])
+
+
+# Fields of the rectangle of Bogner, Fox and Schmit (1965) with a biquadratic in-plane field.
+#
+# Coordinates xi, eta in [-1, 1] from the middle, half lengths a, b along the element's axes. Bending dofs at each
+# corner (w, theta_x, theta_y, twist) = (w, w,y, -w,x, w,xy); w is the bicubic Hermite interpolation, continuous with
+# its slopes, and normals stay perpendicular: beta = -grad w, without transverse shear.
+
+
+# Corners counterclockwise; sides from each corner to the next.
+XI, ETA = np.array([-1.0, 1.0, 1.0, -1.0]), np.array([-1.0, -1.0, 1.0, 1.0])
+
+
+def hermite(s: float, value: bool) -> Array:
+    """Coefficients (4,) [1] of the cubic with value 1 (or, unless `value`, slope 1) at s = -1 or 1.
+
+    The other of the two is zero there, and both are zero at -s.
+    """
+    return np.array([2, 3 * s, 0, -s]) / 4 if value else np.array([-s, -1, s, 1]) / 4
+
+
+def deflection(xi: Array, eta: Array, order: tuple[int, int]) -> Array:
+    """Derivative (q, 16) [m per dof], order times by xi and eta, of w over the dofs (w, w,eta, w,xi, w,xi eta) of
+    each corner.
+
+    The array is read only and cached, because the table of each of a few rules is needed for every chunk of elements.
+    """
+    return _deflection(xi.tobytes(), eta.tobytes(), order)
+
+
+@lru_cache(maxsize=64)
+def _deflection(xi_bytes: bytes, eta_bytes: bytes, order: tuple[int, int]) -> Array:
+    xi, eta = np.frombuffer(xi_bytes), np.frombuffer(eta_bytes)
+    columns = []
+    for s, t in zip(XI, ETA, strict=True):
+        for by_xi, by_eta in ((True, True), (True, False), (False, True), (False, False)):
+            along = polynomial.polyder(hermite(s, by_xi), order[0])
+            across = polynomial.polyder(hermite(t, by_eta), order[1])
+            columns.append(polynomial.polyval(xi, along) * polynomial.polyval(eta, across))
+    return _read_only(np.stack(columns, axis=1))
+
+
+def dof_scale(a: Array, b: Array) -> Array:
+    """Factors (e, 16) [1, m, m^2] that convert (w, theta_x, theta_y, twist) of each corner to (w, w,eta, w,xi, w,xi
+    eta)."""
+    return np.tile(np.stack([np.ones_like(a), b, -a, a * b], axis=1), 4)
+
+
+def deflection_and_rotation(xi: Array, eta: Array, a: Array, b: Array) -> Array:
+    """w [m], beta_x, beta_y [rad] (e, q, 3, 16), per dof, of rectangles with half lengths a, b (e,)."""
+    reference = [deflection(xi, eta, order) for order in ((0, 0), (1, 0), (0, 1))]
+    return _scaled(reference, [np.ones_like(a), -1 / a, -1 / b], a, b)
+
+
+def curvatures(xi: Array, eta: Array, a: Array, b: Array) -> Array:
+    """kappa (3) [1/m] = -(w,xx  w,yy  2 w,xy) of rectangles with half lengths a, b (e,): (e, q, 3, 16)."""
+    reference = [deflection(xi, eta, order) for order in ((2, 0), (0, 2), (1, 1))]
+    return _scaled(reference, [-1 / a**2, -1 / b**2, -2 / (a * b)], a, b)
+
+
+def inplane_shapes(xi: Array, eta: Array) -> Array:
+    """In-plane shape functions (q, 9) [1]: corners, deviation from the straight line on sides, bubble."""
+    return np.stack([f(xi) * g(eta) for f, g in _INPLANE], axis=1)
+
+
+def inplane_gradients(xi: Array, eta: Array, a: Array, b: Array) -> Array:
+    """Their derivatives by x and y (e, q, 2, 9) [1/m] on rectangles with half lengths a, b (e,)."""
+    dx, dy = _inplane_derivatives(xi.tobytes(), eta.tobytes())
+    return np.stack([dx / a[:, None, None], dy / b[:, None, None]], axis=2)
+
+
+@lru_cache(maxsize=64)
+def _inplane_derivatives(xi_bytes: bytes, eta_bytes: bytes) -> tuple[Array, Array]:
+    """Derivatives (q, 9) of the in-plane shape functions by xi and eta, read only."""
+    xi, eta = np.frombuffer(xi_bytes), np.frombuffer(eta_bytes)
+    dx = np.stack([f.deriv()(xi) * g(eta) for f, g in _INPLANE], axis=1)
+    dy = np.stack([f(xi) * g.deriv()(eta) for f, g in _INPLANE], axis=1)
+    return _read_only(dx), _read_only(dy)
+
+
+def _read_only(table: Array) -> Array:
+    table.setflags(write=False)
+    return table
+
+
+def _scaled(reference: list[Array], rows: list[Array], a: Array, b: Array) -> Array:
+    table = np.stack(reference, axis=1)  # (q, rows, 16)
+    return table * np.stack(rows, axis=1)[:, None, :, None] * dof_scale(a, b)[:, None, None, :]
+
+
+def _inplane_factors() -> list[tuple[polynomial.Polynomial, polynomial.Polynomial]]:
+    """The in-plane shape functions as products of polynomials of xi and of eta."""
+    bump = polynomial.Polynomial([1, 0, -1])
+    slope = {s: polynomial.Polynomial([0.5, s / 2]) for s in (-1.0, 1.0)}
+    corners = [(slope[s], slope[t]) for s, t in zip(XI, ETA, strict=True)]
+    sides = [(bump, slope[-1.0]), (slope[1.0], bump), (bump, slope[1.0]), (slope[-1.0], bump)]
+    return [*corners, *sides, (bump, bump)]
+
+
+_INPLANE = _inplane_factors()

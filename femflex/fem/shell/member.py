@@ -24,9 +24,8 @@ from femflex.fem.plate.elastic import force_and_free_strain
 from femflex.fem.plate.frames import plane_frames
 from femflex.fem.sections.laminates import PlateSection
 from femflex.fem.shell.blocks import ALL_ELEMENTS, ShellInertia, ShellStrain, strain_maps
-from femflex.fem.shell.directors import directors, normals_at_nodes
 from femflex.fem.shell.fields import ShellGeometry, areas, gradient_rows
-from femflex.fem.shell.surface import move_onto_surfaces, normals, shell_skin
+from femflex.fem.shell.surface import directors, move_onto_surfaces, normals, normals_at_nodes, shell_skin
 from femflex.fem.shell.variable import Patch, VariableSection, axes_at_nodes
 from femflex.fem.tables import DenseStrain, StrainBlock, rows_of_elements
 from femflex.mesh.cells import CELL_TYPES

@@ -25,8 +25,18 @@ from femflex.fem.mesh_warnings import (
 )
 from femflex.fem.option import Option, Options, member_options
 from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic, elasticity, material_axes
-from femflex.fem.solid.blocks import Dilatation, Enhanced, SolidInertia, SolidStrain, enhanced_strains, strain_maps
-from femflex.fem.solid.rules import CELLS, REDUCED, mass_rule, strain_rule
+from femflex.fem.solid.blocks import (
+    CELLS,
+    REDUCED,
+    Dilatation,
+    Enhanced,
+    SolidInertia,
+    SolidStrain,
+    enhanced_strains,
+    mass_rule,
+    strain_maps,
+    strain_rule,
+)
 from femflex.mesh.cells import CELL_TYPES, FACES
 from femflex.mesh.quality import quadrature
 from femflex.mesh.second_order import SECOND_ORDER, raise_order

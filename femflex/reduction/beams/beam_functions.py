@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 from scipy.special import poch, roots_legendre
 
 from femflex.arrays import Array, IntArray
-from femflex.fem.eigen.canonical import signs
+from femflex.fem.eigen.shift_invert import signs
 
 
 class FunctionSet(Protocol):

@@ -7,7 +7,8 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from femflex.arrays import Array, IntArray
-from femflex.fem.eigen.modes import factorise, without_stiffness
+from femflex.fem.eigen.modes import without_stiffness
+from femflex.fem.eigen.shift_invert import factorise
 from femflex.fem.structure import Structure
 
 ROUNDING = 1e-13  # force on a dof below which it is zero, over the largest sum of terms at any dof

@@ -19,8 +19,8 @@ from scipy import linalg, sparse
 from scipy.sparse.linalg import SuperLU, splu
 
 from femflex.arrays import Array, IntArray
-from femflex.fem.eigen.modes import IdleError, Modes, factorise, lowest_modes, without_stiffness
-from femflex.fem.eigen.shift_invert import Factors, SingularError
+from femflex.fem.eigen.modes import IdleError, Modes, lowest_modes, without_stiffness
+from femflex.fem.eigen.shift_invert import Factors, SingularError, factorise
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.rigid import independent_columns, is_held_by_springs, rigid_shapes
 

@@ -10,8 +10,7 @@ from scipy.spatial import KDTree
 
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
-from femflex.fem.eigen.canonical import canonical_modes
-from femflex.fem.eigen.modes import dense_modes
+from femflex.fem.eigen.shift_invert import canonical_modes, dense_modes
 
 LEVI_CIVITA = np.array([[[(a - b) * (b - c) * (c - a) / 2 for c in range(3)] for b in range(3)] for a in range(3)])
 

@@ -31,7 +31,7 @@ from scipy import linalg, sparse
 
 from femflex.arrays import Array
 from femflex.body import MassMoments
-from femflex.fem.eigen.modes import factorise
+from femflex.fem.eigen.shift_invert import factorise
 from femflex.fem.matrix_structure import MatrixStructure
 from femflex.reduction.boundary.rigid import rigid_shapes
 from femflex.reduction.inertia.moments import point_moments

@@ -10,8 +10,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from femflex.arrays import Array, IntArray
 from femflex.fem.deflected import tension_blocks
-from femflex.fem.eigen.modes import factorise
-from femflex.fem.eigen.shift_invert import Factors
+from femflex.fem.eigen.shift_invert import Factors, factorise
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.supported import Supported, negative_pivots, supported, unstressed
 from femflex.reduction.limits import CLOSE_TO_BUCKLING, FAR_FROM_BUCKLING

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from pydantic import model_validator
 
 from femflex.arrays import Array, BoolArray
-from femflex.fem.eigen.modes import dense_modes
+from femflex.fem.eigen.shift_invert import dense_modes
 from femflex.noun.table import Table, refuse
 from femflex.noun.values import Quantity, _Readable
 

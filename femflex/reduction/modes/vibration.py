@@ -9,8 +9,7 @@ import numpy as np
 from scipy import linalg
 
 from femflex.arrays import Array, IntArray
-from femflex.fem.eigen.canonical import canonical_modes, signs
-from femflex.fem.eigen.modes import dense_modes
+from femflex.fem.eigen.shift_invert import canonical_modes, dense_modes, signs
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.clamps import Groups, held_dofs, names, refuse_mechanism
 from femflex.reduction.boundary.markers import marker_rows

@@ -11,7 +11,7 @@ import numpy as np
 from femflex.arrays import Array, IntArray
 from femflex.body import FlexibleBody, MassMoments, StrainTensors
 from femflex.body.symmetric import packed, packed_size, selected, unpacked
-from femflex.fem.eigen.modes import dense_modes
+from femflex.fem.eigen.shift_invert import dense_modes
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.inertia.accelerations import loads_of_linear_accelerations

@@ -7,8 +7,7 @@ import warnings
 import numpy as np
 
 from femflex.arrays import Array, IntArray
-from femflex.fem.deflected import tension_blocks
-from femflex.fem.relaxed import with_settled_stress
+from femflex.fem.deflected import tension_blocks, with_settled_stress
 from femflex.fem.structure import Structure
 from femflex.fem.tables import StrainBlock
 from femflex.reduction.boundary.clamps import Groups, held_dofs

@@ -1,1 +1,0 @@
-"""Linear buckling of bodies under the loads of a run."""
