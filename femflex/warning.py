@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable
+from typing import Any
 
 NAMED = 3  # further bodies whose names a line lists
 
@@ -46,6 +48,11 @@ class PhysicsWarning(UserWarning):
         super().__init__(text)
 
 
+def warn_of_physics(effect: str, **data: Any) -> None:
+    """Issue a `PhysicsWarning` of that effect and these data, as of the caller of the function that warns."""
+    warnings.warn(PhysicsWarning(effect, **data), stacklevel=3)
+
+
 class TruncationWarning(PhysicsWarning):
     """The bodies retain too few shapes for the craft's lowest frequencies."""
 
@@ -54,7 +61,7 @@ class CacheWarning(UserWarning):
     """Compiled code cannot be stored, so it is compiled again in every process."""
 
 
-def grouped_texts(warnings: Iterable[Warning]) -> list[str]:
+def grouped_texts(issued: Iterable[Warning]) -> list[str]:
     """One line per effect: the text for the first body, and the names of the others that have the same effect.
 
     >>> bent = "{body_or_joint}: bent by {value} %."
@@ -62,7 +69,7 @@ def grouped_texts(warnings: Iterable[Warning]) -> list[str]:
     ['a: bent by 2 %. (likewise b, c, each with its own numbers)', 'other']
     """
     kinds: dict[object, dict[str, str]] = {}  # effect -> body -> text
-    for warning in warnings:
+    for warning in issued:
         text = str(warning)
         if not isinstance(warning, PhysicsWarning) or not warning.body_or_joint:
             kinds.setdefault(text, {}).setdefault("", text)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import femflex
-from femflex.body.rigid import rigid_body
+from femflex.body.flexible import rigid_body
 from femflex.dynamics import compile_system
 from femflex.integrate import IntegrationError, integrator
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body

@@ -27,7 +27,7 @@ from femflex.advice.limits import (
 )
 from femflex.advice.stiffening import attached_masses, body_rate, lowest_frequency
 from femflex.arrays import Array, IntArray
-from femflex.body.skin import largest_displacements
+from femflex.body.flexible import largest_displacements
 from femflex.dynamics.joints.places import body_places
 from femflex.system import LengthTable
 

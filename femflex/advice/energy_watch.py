@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -15,7 +14,7 @@ from femflex.dynamics.effector_states import keeps_momentum
 from femflex.dynamics.ledger.equation_terms import EQUATION_TERMS
 from femflex.dynamics.observe.row import conservative_loads, is_damped
 from femflex.system import Effector, System, VelocityRows
-from femflex.warning import PhysicsWarning
+from femflex.warning import warn_of_physics
 
 ENERGIES = ("kinetic", "elastic", "spring", "load")  # the change of the energy is relative to the largest of these
 
@@ -44,13 +43,11 @@ class EnergyWatch:
         """Warn of a change by more than ENERGY_CHANGE of the largest energy, with both numbers."""
         if self._change > ENERGY_CHANGE * self._size > NO_ENERGY:
             quantity = self._path.split("/")[1]
-            warnings.warn(
+            warn_of_physics(
                 f"the {quantity} of the craft changed by {self._change:.3g} J, {self._change / self._size:.1%} of its "
                 f"largest energy of {self._size:.3g} J, although nothing supplies or dissipates energy (limit "
                 f"{ENERGY_CHANGE:.0%}): the integration loses accuracy. Give a smaller run.rtol and run.atol, no "
-                "constant step, or integrator = 'dop853'",
-                PhysicsWarning,
-                stacklevel=2,
+                "constant step, or integrator = 'dop853'"
             )
 
 

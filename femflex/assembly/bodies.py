@@ -2,35 +2,36 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from femflex.assembly.acting_loads import acting_loads, added_shapes_text, induced_groups
+from femflex.assembly.acting_loads import acting_loads, added_shapes_text, check_torques, induced_groups, torque_loads
 from femflex.assembly.decks import load_sets_of, with_deck
 from femflex.assembly.deploying import added_note, build_deploying, deployed_origin
 from femflex.assembly.extents import warn_of_doubtful_extents
 from femflex.assembly.functions import functions_of
-from femflex.assembly.matrices import build_matrix_body
-from femflex.assembly.open_choices import linear_strain_reason, stiffening_remedy
 from femflex.assembly.rigid_skins import central_inertia, rigid_skin
 from femflex.assembly.segments import build_segments
 from femflex.assembly.shared import shared_parts
 from femflex.assembly.structures import PLACE, build_mesh, build_modes, preload_of, structure_of
-from femflex.assembly.torques import check_torques, torque_loads
 from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
 from femflex.case.case import Case
 from femflex.case.deploying import DeployingTable
 from femflex.case.matrices import MatricesTable
 from femflex.fem.deflected import tension_blocks
+from femflex.fem.matrix_structure import MatrixStructure
 from femflex.fem.structure import Structure
 from femflex.fem.tension.strain import UNITS
+from femflex.matrices import MatrixModel, StatedMass, read_matrices
+from femflex.matrices.body import matrix_body, without_rounding
 from femflex.noun.problems import CaseError, Problem, suggestion_text
 from femflex.reduction import (
+    ModeSet,
     beam_body,
     bending_damping,
     is_added,
@@ -41,14 +42,14 @@ from femflex.reduction import (
     require_stretch,
     with_derivatives,
 )
-from femflex.reduction.methods import Stretchable
+from femflex.reduction.matrices import MatrixBody
+from femflex.reduction.methods import FreeFree, Nodal, Stiff, Stretchable
 from femflex.reduction.mode_warnings import half_wave_text, warn_of_few_elements
-from femflex.reduction.modes.vibration import ModeSet
 from femflex.reduction.origin import Analytic, Meshed, Origin
 from femflex.reduction.preload.equilibrium import is_preloaded
 from femflex.reduction.reduce import small_motion_body
 from femflex.system import Part, Segments
-from femflex.warning import PhysicsWarning
+from femflex.warning import warn_of_physics
 
 Note = tuple[str, str]  # subject and text
 
@@ -271,13 +272,12 @@ def _reduce_with_strain(
 def _warn_of_stiffness(name: str, structure: Structure, modeset: ModeSet, body: FlexibleBody) -> None:
     """Warn of a set that cannot stretch and was requested without derivatives."""
     if text := missing_stretch(structure, modeset, body.strain):
-        warning = PhysicsWarning(
+        warn_of_physics(
             "{body_or_joint}: {lack}; derivatives = 'none' is set, so it is used unchanged, and its deflections are "
             "far too small",
             body_or_joint=f"bodies.{name}",
             lack=text,
         )
-        warnings.warn(warning, stacklevel=2)
 
 
 def turning_markers(case: Case, name: str) -> set[str]:
@@ -383,3 +383,64 @@ def _with_marker_axes(body: FlexibleBody, table: BodyTable) -> FlexibleBody:
     axes = {key: entry.orientation for key, entry in table.markers.items() if entry.orientation is not None}
     turned = {key: marker.with_orientation(np.array(axes[key])) for key, marker in body.markers.items() if key in axes}
     return replace(body, markers={**body.markers, **turned})
+
+
+def matrix_model(case: Case, table: MatricesTable) -> MatrixModel:
+    """The MatrixModel of the files of a body, with its spin."""
+    model = read_matrices(table.matrices, table.units, table.groups, case.path.parent)
+    return model if table.spin is None else model.spinning(table.spin.rate, table.spin.axis)
+
+
+def build_matrix_body(case: Case, table: MatricesTable, modes: int | None, turning: set[str]) -> MatrixBody:
+    """The body of a table, with `modes` modes instead of the case's if given, and notes on it."""
+    markers = {name: entry.group or name for name, entry in table.markers.items()}
+    r = table.reduction
+    named = [*getattr(r, "clamp", {}), *getattr(r, "interfaces", ()), *getattr(r, "loads", {})]
+    named += [group for group in getattr(r, "joints", None) or {} if group not in named]
+    stated = StatedMass(
+        table.mass,
+        None if table.center_of_mass is None else np.array(table.center_of_mass),
+        None if table.inertia is None else np.array(table.inertia),
+    )
+    reduce = None if r is None else partial(_modes_of_matrices, table=table, modes=modes)
+    return matrix_body(matrix_model(case, table), reduce, named, markers, table.damping, turning, stated)
+
+
+def _modes_of_matrices(structure: MatrixStructure, table: MatricesTable, modes: int | None) -> ModeSet:
+    r = table.reduction
+    if isinstance(r, Stretchable):
+        smoothed = without_rounding(structure) if isinstance(r, FreeFree) else structure
+        return r.vibration_set(smoothed, modes)
+    assert isinstance(r, Nodal | Stiff)
+    return r.shapes(structure)[1]
+
+
+def stiffening_remedy(table: BodyTable) -> str:
+    """The remedy for a body with linear strain that axial loads stiffen, as part of a sentence."""
+    if isinstance(table, FileTable):
+        return f"make {table.file} anew (femflex body) from a case that gives it strain = 'condensed'"
+    if isinstance(table, MatricesTable):
+        return (
+            "matrices hold linear strain alone (the second number is an estimate that takes the body as a line "
+            "along its longest extent): give their geometric stiffness and spin, or make the body of elements, with "
+            "strain = 'condensed'"
+        )
+    r = getattr(table, "reduction", None)
+    if isinstance(r, Stretchable) and r.derivatives in ("none", 0):
+        return f"drop derivatives = {r.derivatives!r} and give it strain = 'condensed'"
+    return "give it strain = 'condensed'"
+
+
+def linear_strain_reason(table: BodyTable) -> str:
+    """The reason why a body cannot have another strain than linear; empty if it can."""
+    if not isinstance(table, FlexibleTable):
+        return ""
+    if not isinstance(table.reduction, Stretchable):
+        method = getattr(table.reduction, "method", "none")
+        return f"its reduction method {method!r} has no other form; use one with derivatives, such as 'cantilever'"
+    if table.reduction.derivatives in ("none", 0):
+        return (
+            f"with derivatives = {table.reduction.derivatives!r} its shapes cannot bend without stretching; remove "
+            "that key for condensed strain"
+        )
+    return ""

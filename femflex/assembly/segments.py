@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
@@ -26,7 +25,7 @@ from femflex.reduction import (
 )
 from femflex.reduction.methods import Cantilever, CraigBampton, FreeFree, Nodal, with_static_derivatives
 from femflex.system import Segments
-from femflex.warning import PhysicsWarning
+from femflex.warning import warn_of_physics
 
 
 def build_segments(
@@ -56,16 +55,13 @@ def build_segments(
         where = f"bodies.{name}.members[{member.group}].segments"
         raise CaseError(case.path.name, [Problem(where, str(error))]) from error
     if prestress := member.options.get("prestress"):
-        warnings.warn(
-            PhysicsWarning(
-                "{body_or_joint}: the prestress of {value:g} N on {group!r} relaxes to 0 N, because its segments are "
-                "welded end to end and no support reacts it.",
-                body_or_joint=f"bodies.{name}",
-                value=prestress,
-                remedy="Remove segments or the prestress",
-                group=member.group,
-            ),
-            stacklevel=2,
+        warn_of_physics(
+            "{body_or_joint}: the prestress of {value:g} N on {group!r} relaxes to 0 N, because its segments are "
+            "welded end to end and no support reacts it.",
+            body_or_joint=f"bodies.{name}",
+            value=prestress,
+            remedy="Remove segments or the prestress",
+            group=member.group,
         )
     all_markers = {**{group: group for group in groups}, **markers}
     shapes = _segment_shapes(table, modes, f"bodies.{name}")

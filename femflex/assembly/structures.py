@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
@@ -40,7 +39,7 @@ from femflex.reduction.induced_strain import loads_of_induced_strain
 from femflex.reduction.methods import clamp_of
 from femflex.reduction.preload.equilibrium import static_equilibrium
 from femflex.reduction.preload.loads import NO_RATE, Preload
-from femflex.warning import PhysicsWarning
+from femflex.warning import warn_of_physics
 
 PLACE = "marker {}"  # point group of a marker given by its position
 
@@ -102,7 +101,7 @@ def build_structure_of(case: Case, name: str, table: FlexibleTable, mesh: Mesh) 
     if without_mass(deck, structure):
         raise CaseError(case.path.name, [Problem(f"bodies.{name}.deck", f"{deck.name}: {deck.no_density}")])
     for text in doubts(deck, structure):
-        warnings.warn(f"bodies.{name}.deck: {text}", PhysicsWarning, stacklevel=2)
+        warn_of_physics(f"bodies.{name}.deck: {text}")
     notes = (*structure.notes, *left_out_text(deck))
     return replace(structure, notes=notes, unresisted=deck.autospc_dofs(structure), point_names=deck.point_names())
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -12,10 +13,41 @@ from femflex.body.induced_strain import InducedStrain
 from femflex.body.marker import Marker
 from femflex.body.moments import MassMoments, MassPoints
 from femflex.body.patches import Patches
-from femflex.body.skin import Skin
 from femflex.body.strain import StrainTensors
 from femflex.body.strain_field import StrainPart
 from femflex.summary import Rows, Summarised, listed
+
+
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """Surface (or line, or points) of a body that pictures show, and the displacement of its points per shape.
+
+    points  (n_p, 3)      undeformed, body frame [m]; already offset to the section's rim or the plate's faces
+    cells   type -> (n_c, nodes)   with meshio's cell names: "triangle", "quad", "line", "vertex"
+    shapes  (n, n_p, 3)   displacement of each point per shape (u + theta x offset)
+    growth  (n_p, 3)      of a body that deploys: displacement of each point per growth of its length, relative to the
+                          length that it is drawn at; None of others
+    """
+
+    points: Array
+    cells: dict[str, IntArray]
+    shapes: Array
+    growth: Array | None = None
+
+    def __post_init__(self) -> None:
+        for kind, nodes in self.cells.items():
+            if nodes.size and not (nodes.min() >= 0 and nodes.max() < len(self.points)):
+                raise ValueError(f"the cells {kind!r} of a skin name points that it does not have; expected 0 to n - 1")
+
+    @cached_property
+    def max_displacement(self) -> Array:
+        """Largest displacement of a point by each shape (n,) [m per amplitude]."""
+        return largest_displacements(self.shapes)
+
+
+def largest_displacements(shapes: Array) -> Array:
+    """Largest displacement (n,) [m per amplitude] among the points that shapes (n, p, 3) move."""
+    return np.asarray(np.sqrt(np.einsum("spa,spa->sp", shapes, shapes).max(axis=1, initial=0.0)))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -196,3 +228,40 @@ class LoadSet:
     forces: Array
     torques: Array
     acceleration: Array
+
+
+def rigid_body(
+    mass: float,
+    inertia: Array | None = None,
+    center_of_mass: Array | None = None,
+    markers: dict[str, Marker] | None = None,
+    skin: Skin | None = None,
+) -> FlexibleBody:
+    """A body without shapes from its mass [kg] and inertia about its centre of mass (3, 3) [kg m^2].
+
+    inertia: or its principal moments (3,) along the axes of the body. Without it the mass is a point, whose rotation
+        other bodies or the joints must constrain
+
+    Raises ValueError when it has another shape, is not symmetric, not positive, or breaks the triangle inequality.
+    """
+    J = np.zeros(3) if inertia is None else np.asarray(inertia, float)
+    if J.shape not in ((3,), (3, 3)):
+        raise ValueError(f"inertia has shape {J.shape}; give three principal moments, or (3, 3), in kg m^2")
+    J = np.diag(J) if J.ndim == 1 else J
+    c = np.zeros(3) if center_of_mass is None else np.asarray(center_of_mass, float)
+    if not mass > 0:
+        raise ValueError(f"mass is {mass} kg; a body needs a positive mass")
+    if not np.allclose(J, J.T, rtol=1e-9, atol=0):
+        raise ValueError(f"inertia is not symmetric: {J.tolist()}")
+    principal = np.linalg.eigvalsh(J)
+    if principal[0] < 0:
+        raise ValueError(f"inertia is not positive: its principal moments are {principal.tolist()} kg m^2")
+    if principal[0] + principal[1] < principal[2] * (1 - 1e-9):
+        raise ValueError(
+            f"inertia breaks the triangle inequality: principal moments {principal.tolist()} kg m^2, "
+            f"of which the two smaller must sum to at least the largest"
+        )
+    Q = np.trace(J) / 2 * np.eye(3) - J + mass * np.outer(c, c)
+    moments = MassMoments(float(mass), (mass * c)[None, :], Q[None, :, None, :])
+    empty = np.zeros((0, 0))
+    return FlexibleBody(moments, StrainTensors.linear(empty), empty, dict(markers or {}), skin)

@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import StrictBool, model_validator
 
-from femflex.noun.rotation_words import RotationSet, Sequence_
+from femflex.noun.names import RotationSet, Sequence_
 from femflex.noun.table import Table, refuse
 from femflex.noun.values import Angle, Angles, Position, Rates, Velocity
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Iterator
 from typing import Any
 
@@ -16,7 +15,7 @@ from femflex.effectors.noun import MarkerPair
 from femflex.effectors.sensor import Sensor
 from femflex.effectors.signal import Signal
 from femflex.effectors.thruster import Thruster
-from femflex.warning import PhysicsWarning
+from femflex.warning import warn_of_physics
 
 FASTEST = 3000.0  # rad/s, 28600 rpm: above it the speed of a wheel is likely meant in other units
 DERIVATIVES = {"attitude": 0, "pointing": 0, "displacement": 0, "rate": 1, "velocity": 1, "acceleration": 2}
@@ -31,7 +30,7 @@ def warn_of_doubtful_control(case: Case) -> None:
         *_level_warnings(case),
         *_internal_force_warnings(case),
     ):
-        warnings.warn(text, PhysicsWarning, stacklevel=4)
+        warn_of_physics(text)
 
 
 def _time_warnings(case: Case) -> Iterator[str]:

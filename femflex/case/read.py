@@ -17,10 +17,9 @@ from femflex.case.case import Case, case_class
 from femflex.case.changed import changed_tables, numbered_path
 from femflex.case.control import warn_of_doubtful_control
 from femflex.case.crosscheck import cross_problems
-from femflex.case.ephemerides import EphemerisError, with_ephemerides
-from femflex.case.magnitudes import warn_of_doubtful_magnitudes
+from femflex.case.named_files import EphemerisError, with_ephemerides
 from femflex.case.outline import Outline, outline_of_case, outline_of_tables
-from femflex.case.suspicion import warn_of_doubtful_numbers
+from femflex.case.suspicion import warn_of_doubtful_magnitudes, warn_of_doubtful_numbers
 from femflex.noun.problems import CaseError, Problem, suggestion_text
 from femflex.noun.sentences import schema_problems
 

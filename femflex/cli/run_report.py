@@ -25,7 +25,7 @@ SWINGING = 0.1  # rad left to the singularity: nearer than this two of the angle
 
 def print_run_heading(prepared: Prepared, verbose: bool) -> None:
     """Print the bodies, orbit, attitude and integrator; verbose: with tables of modes, and the reasons of choices."""
-    from femflex.assembly.craft import craft_notes
+    from femflex.assembly.system import craft_notes
     from femflex.cli.modes import group_equal_bodies, print_modes
     from femflex.cli.tables import print_reasons
     from femflex.integrate.choice import KINDS

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from femflex.arrays import Array
-from femflex.body.rigid import rigid_body
+from femflex.body.flexible import rigid_body
 from femflex.effectors.cable import Cable
 from femflex.kernels.entries import ACT, entry
 from femflex.kernels.vectors import add, dot, load3, scale, store3, sub

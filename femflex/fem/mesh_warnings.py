@@ -11,7 +11,6 @@ in bending as the strip: 26 for MacNeal and Harder's straight beam of trapezoids
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 
 import numpy as np
@@ -37,7 +36,7 @@ from femflex.fem.shell.surface import normals_at_nodes
 from femflex.fem.solid.blocks import REDUCED
 from femflex.mesh.cells import CELL_TYPES, EDGES, FACES
 from femflex.mesh.mesh import Mesh
-from femflex.warning import PhysicsWarning
+from femflex.warning import warn_of_physics
 
 STRAIGHT = 1e-4  # distance of a middle node from the straight side, over its length, that passes for rounding
 
@@ -62,38 +61,32 @@ def warn_if_coarse(x: Array, V: Array, thickness: Array, where: str) -> None:
     worst = int(np.argmax(ratio))
     long = f"{element_text(worst, x)}, is {length[worst]:.3g} m long against {length[worst] / ratio[worst]:.3g} m"
     if limit == LONG_SHELL:
-        warnings.warn(
-            PhysicsWarning(
-                "{body_or_joint}: {coarse} of {count} second-order elements are longer than {limit:g} sqrt(R h); the "
-                "worst, {long}. Low modes of a thin dish are 5 % too high at 13 sqrt(R h) and 2.6 times too high at "
-                "26.",
-                body_or_joint=where,
-                value=ratio[worst],
-                limit=LONG_SHELL,
-                remedy="Mesh finer, or give refine = 1",
-                coarse=int(coarse.sum()),
-                count=len(x),
-                long=long,
-            ),
-            stacklevel=5,
-        )
-        return
-    warnings.warn(
-        PhysicsWarning(
-            "{body_or_joint}: {coarse} of {count} four-node elements are longer than {limit:g} sqrt(R h), and a curved "
-            "shell bends over a length sqrt(R h) at concentrated loads and edges; the worst, {long}. There the shell "
-            "is up to {stiffer:.3g} times as stiff as it should be; low modes bend smoothly and are within 1 % up to 2 "
-            "sqrt(R h) and 20 % off at 4 sqrt(R h).",
+        warn_of_physics(
+            "{body_or_joint}: {coarse} of {count} second-order elements are longer than {limit:g} sqrt(R h); the "
+            "worst, {long}. Low modes of a thin dish are 5 % too high at 13 sqrt(R h) and 2.6 times too high at "
+            "26.",
             body_or_joint=where,
             value=ratio[worst],
-            limit=LONG_LINEAR_SHELL,
-            remedy="Mesh finer there, or use eight- or nine-node elements",
+            limit=LONG_SHELL,
+            remedy="Mesh finer, or give refine = 1",
             coarse=int(coarse.sum()),
             count=len(x),
             long=long,
-            stiffer=1 + SHELL_STIFFNESS_ERROR * ratio[worst] ** 2,
-        ),
-        stacklevel=5,
+        )
+        return
+    warn_of_physics(
+        "{body_or_joint}: {coarse} of {count} four-node elements are longer than {limit:g} sqrt(R h), and a curved "
+        "shell bends over a length sqrt(R h) at concentrated loads and edges; the worst, {long}. There the shell "
+        "is up to {stiffer:.3g} times as stiff as it should be; low modes bend smoothly and are within 1 % up to 2 "
+        "sqrt(R h) and 20 % off at 4 sqrt(R h).",
+        body_or_joint=where,
+        value=ratio[worst],
+        limit=LONG_LINEAR_SHELL,
+        remedy="Mesh finer there, or use eight- or nine-node elements",
+        coarse=int(coarse.sum()),
+        count=len(x),
+        long=long,
+        stiffer=1 + SHELL_STIFFNESS_ERROR * ratio[worst] ** 2,
     )
 
 
@@ -117,19 +110,16 @@ def warn_of_trapezoids(x: Array, where: str) -> None:
     if locked.mean() <= FEW_SHELLS:
         return
     worst = int(np.argmax(taper))
-    warnings.warn(
-        PhysicsWarning(
-            "{body_or_joint}: {locked} of {count} four-node elements are trapezoids that lock in their plane; one "
-            "layer of the worst, {worst}, is up to {value:.3g} times as stiff in bending in its plane as it should be.",
-            body_or_joint=where,
-            value=1 + taper[worst] ** 2,
-            limit=1.0,
-            remedy="Use rectangles or parallelograms, or eight- or nine-node elements",
-            locked=int(locked.sum()),
-            count=len(x),
-            worst=element_text(worst, x),
-        ),
-        stacklevel=5,
+    warn_of_physics(
+        "{body_or_joint}: {locked} of {count} four-node elements are trapezoids that lock in their plane; one "
+        "layer of the worst, {worst}, is up to {value:.3g} times as stiff in bending in its plane as it should be.",
+        body_or_joint=where,
+        value=1 + taper[worst] ** 2,
+        limit=1.0,
+        remedy="Use rectangles or parallelograms, or eight- or nine-node elements",
+        locked=int(locked.sum()),
+        count=len(x),
+        worst=element_text(worst, x),
     )
 
 
@@ -147,19 +137,16 @@ def warn_of_first_order(name: str, x: Array, material: Material | Orthotropic | 
     slenderness = float((edges.max(axis=1) / edges.min(axis=1)).max())
     nu = material.nu if isinstance(material, Material) else 0.3
     factor = 1 + (1 - nu) / 2 * slenderness**2
-    warnings.warn(
-        PhysicsWarning(
-            "solid on group {body_or_joint!r} uses {count} {name} cells of first order, up to {slenderness:.3g} times "
-            "as long as thick: one layer of them bends up to {value:.3g} times too stiffly ({limit:g} is right);",
-            body_or_joint=group,
-            value=factor,
-            limit=1.0,
-            remedy="leave out order = 1, so that they are raised to second order",
-            count=len(x),
-            name=name,
-            slenderness=slenderness,
-        ),
-        stacklevel=2,
+    warn_of_physics(
+        "solid on group {body_or_joint!r} uses {count} {name} cells of first order, up to {slenderness:.3g} times "
+        "as long as thick: one layer of them bends up to {value:.3g} times too stiffly ({limit:g} is right);",
+        body_or_joint=group,
+        value=factor,
+        limit=1.0,
+        remedy="leave out order = 1, so that they are raised to second order",
+        count=len(x),
+        name=name,
+        slenderness=slenderness,
     )
 
 
@@ -169,19 +156,16 @@ def warn_of_tapered(x: Array, group: str) -> None:
     locked = taper > TAPERED_SHELL
     if locked.mean() <= FEW_SOLIDS:
         return
-    warnings.warn(
-        PhysicsWarning(
-            "solid on group {body_or_joint!r}: {locked} of {count} hexahedra of eight nodes have faces that are "
-            "trapezoids, and lock; one layer of the worst is up to {value:.3g} times as stiff in bending in the plane "
-            "of such a face as it should be ({limit:g} is right);",
-            body_or_joint=group,
-            value=1 + taper.max() ** 2,
-            limit=1.0,
-            remedy="give order = 2, or mesh with parallelepipeds",
-            locked=int(locked.sum()),
-            count=len(x),
-        ),
-        stacklevel=3,
+    warn_of_physics(
+        "solid on group {body_or_joint!r}: {locked} of {count} hexahedra of eight nodes have faces that are "
+        "trapezoids, and lock; one layer of the worst is up to {value:.3g} times as stiff in bending in the plane "
+        "of such a face as it should be ({limit:g} is right);",
+        body_or_joint=group,
+        value=1 + taper.max() ** 2,
+        limit=1.0,
+        remedy="give order = 2, or mesh with parallelepipeds",
+        locked=int(locked.sum()),
+        count=len(x),
     )
 
 
@@ -206,19 +190,16 @@ def warn_of_curved(name: str, x: Array, group: str) -> None:
         return
     typical = float(np.median(missing[missing > LOCKING_ERROR]))
     remedy = "give integration = 'reduced', take" if name in REDUCED else "take"
-    warnings.warn(
-        PhysicsWarning(
-            "solid on group {body_or_joint!r} is a thin curved layer of {name} cells: their edges rise by {rise:.2g} "
-            "of the thickness over their chords, so deflections in bending are about {value:.0%} too small (limit "
-            "{limit:.0%});",
-            body_or_joint=group,
-            value=min(typical, 0.9),
-            limit=LOCKING_ERROR,
-            remedy=f"{remedy} family shell, or shorten the elements (a half leaves a quarter)",
-            name=name,
-            rise=typical,
-        ),
-        stacklevel=3,
+    warn_of_physics(
+        "solid on group {body_or_joint!r} is a thin curved layer of {name} cells: their edges rise by {rise:.2g} "
+        "of the thickness over their chords, so deflections in bending are about {value:.0%} too small (limit "
+        "{limit:.0%});",
+        body_or_joint=group,
+        value=min(typical, 0.9),
+        limit=LOCKING_ERROR,
+        remedy=f"{remedy} family shell, or shorten the elements (a half leaves a quarter)",
+        name=name,
+        rise=typical,
     )
 
 
@@ -242,17 +223,14 @@ def warn_of_incompressible(name: str, nodes: IntArray, C: Array, isotropic: bool
     else:
         effect = "are too stiff then: by 14 % at 0.4999 in a thick cylinder, more where they bend"
         remedy = "take an isotropic material" if CELL_TYPES[name].order == 2 else "leave out order = 1"
-    warnings.warn(
-        PhysicsWarning(
-            "solid on group {body_or_joint!r} hardly changes its volume (Poisson's ratio {value:.4g}, limit {limit:g}) "
-            f"and its {{name}} cells {effect};",
-            body_or_joint=group,
-            value=ratio,
-            limit=NEARLY_INCOMPRESSIBLE,
-            remedy=remedy,
-            name=name,
-        ),
-        stacklevel=2,
+    warn_of_physics(
+        "solid on group {body_or_joint!r} hardly changes its volume (Poisson's ratio {value:.4g}, limit {limit:g}) "
+        f"and its {{name}} cells {effect};",
+        body_or_joint=group,
+        value=ratio,
+        limit=NEARLY_INCOMPRESSIBLE,
+        remedy=remedy,
+        name=name,
     )
 
 
@@ -277,16 +255,13 @@ def warn_of_constant_strain(points: Array, cells: dict[str, IntArray], where: st
     }
     share = area.get("triangle", 0.0) / sum(area.values())
     if share > CONSTANT_STRAIN_SHARE:
-        warnings.warn(
-            PhysicsWarning(
-                "{body_or_joint}: {value:.0%} of its area is three-node triangles (limit {limit:.0%}), whose membrane "
-                "strain is constant and converges slowly.",
-                body_or_joint=where,
-                value=share,
-                limit=CONSTANT_STRAIN_SHARE,
-                remedy="Use family = 'plate' for meshes of triangles, or six-node ones",
-            ),
-            stacklevel=5,
+        warn_of_physics(
+            "{body_or_joint}: {value:.0%} of its area is three-node triangles (limit {limit:.0%}), whose membrane "
+            "strain is constant and converges slowly.",
+            body_or_joint=where,
+            value=share,
+            limit=CONSTANT_STRAIN_SHARE,
+            remedy="Use family = 'plate' for meshes of triangles, or six-node ones",
         )
 
 
@@ -295,17 +270,14 @@ def warn_of_curved_beam(mesh: Mesh, group: str, cells: dict[str, IntArray]) -> N
     line3 = cells.get("line3")
     excess = 0.0 if line3 is None else arc_excess(mesh.points, line3)
     if excess > CURVED_CELL:
-        warnings.warn(
-            PhysicsWarning(
-                "beam group {body_or_joint!r} has curved line3 cells, each taken as two straight elements: they are "
-                "{value:.1%} shorter than the arcs through their nodes (limit {limit:.1%}), and their mass and "
-                "flexibility are too small.",
-                body_or_joint=group,
-                value=excess,
-                limit=CURVED_CELL,
-                remedy="Mesh the curve with smaller cells",
-            ),
-            stacklevel=6,
+        warn_of_physics(
+            "beam group {body_or_joint!r} has curved line3 cells, each taken as two straight elements: they are "
+            "{value:.1%} shorter than the arcs through their nodes (limit {limit:.1%}), and their mass and "
+            "flexibility are too small.",
+            body_or_joint=group,
+            value=excess,
+            limit=CURVED_CELL,
+            remedy="Mesh the curve with smaller cells",
         )
 
 
@@ -322,21 +294,18 @@ def warn_of_curved_sides(points: Array, cells: Mapping[str, IntArray], where: st
     if not curved.any():
         return
     worst = int(np.argmax(distance / length))
-    warnings.warn(
-        PhysicsWarning(
-            "{body_or_joint}: {curved} of {count} sides of its second-order cells are curved, and the elements have "
-            "straight ones between the corners: the worst middle node lies {distance:.3g} m off a side of {length:.3g} "
-            "m ({value:.2%}; at most {limit:.2%} counts as straight).",
-            body_or_joint=where,
-            value=distance[worst] / length[worst],
-            limit=STRAIGHT,
-            remedy="Refine the mesh: refine = 1 makes corners of the middle nodes and divides the distance by 4",
-            curved=int(curved.sum()),
-            count=len(curved),
-            distance=distance[worst],
-            length=length[worst],
-        ),
-        stacklevel=5,
+    warn_of_physics(
+        "{body_or_joint}: {curved} of {count} sides of its second-order cells are curved, and the elements have "
+        "straight ones between the corners: the worst middle node lies {distance:.3g} m off a side of {length:.3g} "
+        "m ({value:.2%}; at most {limit:.2%} counts as straight).",
+        body_or_joint=where,
+        value=distance[worst] / length[worst],
+        limit=STRAIGHT,
+        remedy="Refine the mesh: refine = 1 makes corners of the middle nodes and divides the distance by 4",
+        curved=int(curved.sum()),
+        count=len(curved),
+        distance=distance[worst],
+        length=length[worst],
     )
 
 

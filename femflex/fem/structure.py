@@ -27,7 +27,7 @@ from femflex.fem.support import COMPONENTS, Support, Supports, as_support
 from femflex.fem.tables import InertiaBlock, StrainBlock, mass_and_stiffness
 from femflex.mesh.regions import with_whole_groups
 from femflex.summary import Rows, Summarised, listed
-from femflex.warning import PhysicsWarning
+from femflex.warning import warn_of_physics
 
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
@@ -201,15 +201,12 @@ class Structure(Summarised):
             motion = abs(self.translation[(3 * middles[:, None] + np.arange(3)).ravel()]) @ free
             count = np.count_nonzero(motion.reshape(-1, 3)[:, np.diag(moves) > 0].any(axis=1))
             if count:
-                warnings.warn(
-                    PhysicsWarning(
-                        "the support at {body_or_joint!r} lists corners of second-order elements alone: {value} middle "
-                        "nodes between them are free.",
-                        body_or_joint=group,
-                        value=count,
-                        remedy="List the middle nodes too, or name a group of the faces or edges",
-                    ),
-                    stacklevel=4,
+                warn_of_physics(
+                    "the support at {body_or_joint!r} lists corners of second-order elements alone: {value} middle "
+                    "nodes between them are free.",
+                    body_or_joint=group,
+                    value=count,
+                    remedy="List the middle nodes too, or name a group of the faces or edges",
                 )
 
 
@@ -296,11 +293,9 @@ def warn_of_doubled_cells(mesh: Mesh, members: Sequence[Member]) -> None:
             shared = sum(np.intersect1d(a[kind], b[kind]).size for kind in a.keys() & b.keys())
             if shared:
                 size = sum(len(cells) for cells in b.values())
-                warnings.warn(
+                warn_of_physics(
                     f"{shared} of the {size} cells of group {second.group!r} already belong to the {first.family} "
-                    f"member on group {first.group!r}; mass and stiffness of the two add",
-                    PhysicsWarning,
-                    stacklevel=3,
+                    f"member on group {first.group!r}; mass and stiffness of the two add"
                 )
 
 

@@ -8,7 +8,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from dataclasses import dataclass
 from itertools import pairwise
+from typing import Annotated, Any
+
+from femflex.noun.problems import suggestion_text
+from femflex.noun.values import ValueProblem, _Readable, value_text
+from femflex.rotations import ANGLE_SEQUENCES, NAMED_SEQUENCES, ROTATION_SETS
 
 PATTERN = r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*"
 ALLOWED = "letters, digits, - and _ (ASCII), with points only inside"
@@ -35,3 +41,28 @@ def prefix_problems(kind: str, names: Iterable[str]) -> list[str]:
         for short, long in pairwise(ordered)
         if long.startswith(short + ".")
     ]
+
+
+@dataclass(frozen=True)
+class OneOf(_Readable):
+    """One of some words; a message lists `listed` of them if another word is not similar to any."""
+
+    words: tuple[str, ...]
+    listed: tuple[str, ...]
+
+    def read_value(self, value: Any) -> str:
+        """The word itself."""
+        if isinstance(value, str) and value in self.words:
+            return value
+        hint = suggestion_text(str(value), self.words)
+        if not hint.startswith("did you mean"):
+            hint = suggestion_text("", self.listed) + "; intrinsic unless it says so, such as 'extrinsic xyz'"
+        raise ValueProblem(f"found {value_text(value)}; {hint}")
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of the words."""
+        return {"type": "string", "enum": list(self.words)}
+
+
+Sequence_ = Annotated[str, OneOf(NAMED_SEQUENCES, ANGLE_SEQUENCES)]
+RotationSet = Annotated[str, OneOf(ROTATION_SETS, tuple(name for name in ROTATION_SETS if " " not in name))]

@@ -42,9 +42,16 @@ from femflex.arrays import Array
 from femflex.assembly.bodies import BuiltBody, built_bodies, built_body
 from femflex.assembly.deploying import with_lengths_at
 from femflex.assembly.initial import requested_displacement
-from femflex.assembly.open_choices import open_joints, open_strains, with_joints, with_strains
+from femflex.assembly.open_choices import (
+    open_joints,
+    open_strains,
+    static_shapes,
+    with_all_static_shapes,
+    with_deflections,
+    with_joints,
+    with_strains,
+)
 from femflex.assembly.shared import shared_structures
-from femflex.assembly.static_shapes import static_shapes, with_all_static_shapes, with_deflections
 from femflex.assembly.system import problems_of_loads
 from femflex.case.body import Strain
 from femflex.case.case import Case

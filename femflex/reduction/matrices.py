@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Container, Mapping
 from dataclasses import dataclass
 
@@ -21,7 +20,7 @@ from femflex.reduction.limits import LUMPED_MASS_ERROR
 from femflex.reduction.modes.damping import Damping, is_added, is_unanswered
 from femflex.reduction.modes.vibration import ModeSet
 from femflex.reduction.reduce import dof_weight, skin_of
-from femflex.warning import PhysicsWarning
+from femflex.warning import warn_of_physics
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +68,7 @@ def reduce_matrices(
     if not phi.shape[1]:
         return MatrixBody(body, ())
     if not found.exact and not found.missed <= LUMPED_MASS_ERROR:
-        warnings.warn(_missed_text(found.missed), PhysicsWarning, stacklevel=2)
+        warn_of_physics(_missed_text(found.missed))
     return MatrixBody(body, (LINEAR, _exactness_text(found.exact, found.missed)))
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Literal
 
@@ -21,7 +20,7 @@ from femflex.reduction.modes.craig_bampton import craig_bampton
 from femflex.reduction.modes.nodal import lumped, nodal, nodal_translations
 from femflex.reduction.modes.residuals import with_attachment
 from femflex.reduction.modes.vibration import ModeSet, cantilever_modes, free_free_modes, load_vectors, rigid_set
-from femflex.warning import PhysicsWarning
+from femflex.warning import warn_of_physics
 
 Slow = Callable[[ModeSet], Array]
 
@@ -253,17 +252,14 @@ def with_static_derivatives(
     added = extended.n_modes - modes.n_modes
     if isinstance(keep, int) and added < keep:
         source = "its states bent so far" if deflection else f"the pairs of its {modes.n_modes} shapes"
-        warnings.warn(
-            PhysicsWarning(
-                "{body_or_joint}: {limit} derivatives are requested, but {states} give only {value} independent ones. "
-                "These are used;",
-                body_or_joint=where,
-                value=added,
-                limit=keep,
-                remedy="set derivatives = {value}",
-                states=source,
-            ),
-            stacklevel=3,
+        warn_of_physics(
+            "{body_or_joint}: {limit} derivatives are requested, but {states} give only {value} independent ones. "
+            "These are used;",
+            body_or_joint=where,
+            value=added,
+            limit=keep,
+            remedy="set derivatives = {value}",
+            states=source,
         )
     return extended
 

@@ -13,7 +13,6 @@ per length: the torsion of a strip of width b is softer by 2 lambda / b, 0.63 h 
 from __future__ import annotations
 
 import math
-import warnings
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -39,7 +38,7 @@ from femflex.reduction.limits import (
     SMOOTH_ANGLE,
 )
 from femflex.reduction.modes.vibration import ModeSet
-from femflex.warning import PhysicsWarning
+from femflex.warning import warn_of_physics
 
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
@@ -60,17 +59,14 @@ def warn_of_omitted_shear(structure: Structure, modes: ModeSet) -> None:
     text = ", ".join(f"{f:.4g} Hz by {error:.1%}" for f, error in zip(hertz, errors, strict=True))
     where = ", ".join(dict.fromkeys(plates.where for plates in thin))
     remedy = " and ".join(dict.fromkeys(plates.remedy for plates in thin))
-    warnings.warn(
-        PhysicsWarning(
-            "{body_or_joint}: the elements leave out transverse shear, which makes frequencies too high, by an "
-            "estimate from the modes' own shear forces: {frequencies}; the limit is {limit:.1%}.",
-            body_or_joint=where,
-            value=float(errors.max()),
-            limit=OMITTED_SHEAR,
-            remedy=f"For thick and sandwich plates {remedy}",
-            frequencies=text,
-        ),
-        stacklevel=3,
+    warn_of_physics(
+        "{body_or_joint}: the elements leave out transverse shear, which makes frequencies too high, by an "
+        "estimate from the modes' own shear forces: {frequencies}; the limit is {limit:.1%}.",
+        body_or_joint=where,
+        value=float(errors.max()),
+        limit=OMITTED_SHEAR,
+        remedy=f"For thick and sandwich plates {remedy}",
+        frequencies=text,
     )
 
 
@@ -194,13 +190,11 @@ def warn_of_folded_beams(structure: Structure, coordinates: int) -> None:
     slenderness = beam_slenderness(structure)
     if slenderness <= SLENDER_FRAME:
         return
-    warnings.warn(
+    warn_of_physics(
         "slender beams that meet at an angle, length over radius of gyration "
         f"{slenderness:.4g} (limit {SLENDER_FRAME:g}), with condensed strain and {coordinates} coordinates (limit "
         f"{COORDINATES}): the body may be too stiff where it bends in the plane of the angle. Keep fewer modes, or use "
-        "strain = 'nonlinear' or segments",
-        PhysicsWarning,
-        stacklevel=4,
+        "strain = 'nonlinear' or segments"
     )
 
 
@@ -233,13 +227,11 @@ def warn_of_in_plane_turns(structure: Structure, modes: ModeSet) -> None:
         return
     hertz = modes.omega[which] / (2 * math.pi)
     text = ", ".join(f"{part:.0%} at {f:.4g} Hz" for f, part in zip(hertz, parts, strict=True))
-    warnings.warn(
+    warn_of_physics(
         "plates turn in their own planes (webs of boxes, walls of tubes), and their nonlinear strain omits the "
         f"squares of these rotations. Missing parts of the geometric stiffness: {text} (limit "
         f"{IN_PLANE_TURN:.0%}; a box column buckles at twice its load). Use shells, beams or solids, or segments with "
-        "linear strain",
-        PhysicsWarning,
-        stacklevel=3,
+        "linear strain"
     )
 
 
@@ -303,23 +295,20 @@ def warn_of_few_elements(structure: Structure, modes: ModeSet) -> None:
         return
     worst = int(coarse[np.argmin(fewest[coarse])])
     hertz = modes.omega[which] / (2 * np.pi)
-    warnings.warn(
-        PhysicsWarning(
-            "{body_or_joint}: {count} of {all} modes have fewer elements in a half-wave than {limit:.2g}, which these "
-            "need for 2 % of a frequency: the first is mode {first} at {hertz:.4g} Hz with {own:.2g}, the fewest are "
-            "{value:.2g}, and frequencies are too high by about {error:.0%} there.",
-            body_or_joint=name,
-            value=float(fewest[worst]),
-            limit=needed,
-            remedy="Mesh finer (refine = 1 halves the elements), take elements of second order, or keep fewer modes",
-            count=len(coarse),
-            all=len(fewest),
-            first=int(which[coarse[0]]) + 1,
-            hertz=float(hertz[coarse[0]]),
-            own=float(fewest[coarse[0]]),
-            error=float(min(0.02 * (needed / fewest[worst]) ** 2, 1.0)),
-        ),
-        stacklevel=3,
+    warn_of_physics(
+        "{body_or_joint}: {count} of {all} modes have fewer elements in a half-wave than {limit:.2g}, which these "
+        "need for 2 % of a frequency: the first is mode {first} at {hertz:.4g} Hz with {own:.2g}, the fewest are "
+        "{value:.2g}, and frequencies are too high by about {error:.0%} there.",
+        body_or_joint=name,
+        value=float(fewest[worst]),
+        limit=needed,
+        remedy="Mesh finer (refine = 1 halves the elements), take elements of second order, or keep fewer modes",
+        count=len(coarse),
+        all=len(fewest),
+        first=int(which[coarse[0]]) + 1,
+        hertz=float(hertz[coarse[0]]),
+        own=float(fewest[coarse[0]]),
+        error=float(min(0.02 * (needed / fewest[worst]) ** 2, 1.0)),
     )
 
 

@@ -12,7 +12,7 @@ from support.effector_builders import (
 from support.same_values import same_values
 
 from femflex.assembly import build_bodies
-from femflex.assembly.craft import build_craft
+from femflex.assembly.system import build_craft
 from femflex.case import read_case
 
 TABLES = """

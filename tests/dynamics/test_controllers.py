@@ -8,7 +8,7 @@ import pytest
 from scipy.linalg import expm
 from support.effector_builders import Sensor, reaction_wheel, signal, thruster
 
-from femflex.body.rigid import rigid_body
+from femflex.body.flexible import rigid_body
 from femflex.dynamics import compile_system
 from femflex.effectors import (
     Allocation,

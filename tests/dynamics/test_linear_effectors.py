@@ -15,7 +15,7 @@ from support.effector_builders import (
 from support.random_systems import random_body
 
 from femflex.body import Marker
-from femflex.body.rigid import rigid_body
+from femflex.body.flexible import rigid_body
 from femflex.dynamics import compile_system
 from femflex.dynamics.linear.equilibrium import equilibrium
 from femflex.dynamics.linear.increments import advanced

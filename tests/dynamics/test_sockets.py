@@ -14,7 +14,7 @@ from support.scipy_integrators import integrator
 
 from femflex import run as run_case
 from femflex.body import Marker
-from femflex.body.rigid import rigid_body
+from femflex.body.flexible import rigid_body
 from femflex.dynamics import compile_system
 from femflex.dynamics.linear.equations import linearised
 from femflex.dynamics.linear.equilibrium import equilibrium

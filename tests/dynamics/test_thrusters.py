@@ -8,7 +8,7 @@ from support.effector_builders import Supply, separation_spring, tank, tank_vari
 from support.random_systems import random_body
 
 from femflex.body import Marker
-from femflex.body.rigid import rigid_body
+from femflex.body.flexible import rigid_body
 from femflex.dynamics import compile_system
 from femflex.integrate import Dop853
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body

@@ -10,7 +10,7 @@ from support.effector_builders import control_moment_gyro, reaction_wheel, signa
 from support.random_systems import random_body
 
 from femflex.body import Marker
-from femflex.body.rigid import rigid_body
+from femflex.body.flexible import rigid_body
 from femflex.dynamics import compile_system
 from femflex.effectors import unbalanced_rotor
 from femflex.integrate import Dop853

@@ -7,7 +7,7 @@ import time
 import numpy as np
 
 from femflex.body import Marker
-from femflex.body.rigid import rigid_body
+from femflex.body.flexible import rigid_body
 from femflex.dynamics import compile_system
 from femflex.system import System, free, revolute
 from support.effector_builders import reaction_wheel, thruster, without_axial_inertia

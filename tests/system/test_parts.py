@@ -18,8 +18,8 @@ from support.effector_builders import (
 )
 
 from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors, rigid_body
+from femflex.body.flexible import Skin
 from femflex.body.moments import MassPoints
-from femflex.body.skin import Skin
 from femflex.effectors import unbalanced_rotor
 from femflex.rotations import dcm_from_coordinates, dcm_from_quaternion, singularity_distance
 from femflex.system import (

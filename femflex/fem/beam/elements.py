@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -16,7 +15,7 @@ from femflex.fem.beam.shapes import NODAL, BeamOrder, field_rows, shear_rows
 from femflex.fem.limits import UNLIKE_STIFFNESSES, UPRIGHT_AXIS
 from femflex.fem.line.chain import LINE_TYPES, ArcLength, element_frames, straight_elements
 from femflex.fem.sections.section import Resultants
-from femflex.warning import PhysicsWarning
+from femflex.warning import warn_of_physics
 
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
@@ -121,18 +120,15 @@ def _selected_axes_note(mesh: Mesh, member: Member) -> str:
     y = frame[:, 1]
     first = _vector(y[np.argmax(vertical)])
     if vertical.any():
-        warnings.warn(
-            PhysicsWarning(
-                "beam on group {body_or_joint!r} has no orientation, {matter}, and {value} of its {count} elements run "
-                "along the mesh's z axis: the section's y axis is selected along {first} there.",
-                body_or_joint=member.group,
-                value=int(vertical.sum()),
-                remedy="Give the option orientation, a direction near the section's y axis",
-                matter=matter,
-                count=len(y),
-                first=first,
-            ),
-            stacklevel=5,
+        warn_of_physics(
+            "beam on group {body_or_joint!r} has no orientation, {matter}, and {value} of its {count} elements run "
+            "along the mesh's z axis: the section's y axis is selected along {first} there.",
+            body_or_joint=member.group,
+            value=int(vertical.sum()),
+            remedy="Give the option orientation, a direction near the section's y axis",
+            matter=matter,
+            count=len(y),
+            first=first,
         )
         return ""
     direction = f"along {first}" if np.abs(y - y[0]).max() < SAME else "across the mesh's z axis, element by element"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +23,7 @@ from femflex.fem.sections.library import Shape
 from femflex.fem.sections.section import Resultants, Section
 from femflex.fem.support import COMPONENTS
 from femflex.fem.tables import SectionInertia
-from femflex.warning import PhysicsWarning
+from femflex.warning import warn_of_physics
 
 if TYPE_CHECKING:
     from femflex.fem.beam.elements import BeamElements
@@ -236,18 +235,15 @@ def _checked_options(options: dict[str, Any], member: Member) -> dict[str, Any]:
 def _warn_if_stout(rho: Array, gyration: float, member: Member) -> None:
     extent = member.options.get("extent") or float(np.linalg.norm(np.ptp(rho.reshape(-1, 3), axis=0)))
     if extent < SLENDER_BEAM * gyration:
-        warnings.warn(
-            PhysicsWarning(
-                "beam group {body_or_joint!r} extends over {value:.4g} m with a radius of gyration of {gyration:.4g} "
-                "m; below {slender:g} radii ({limit:.4g} m) the shear left out here shifts frequencies by per cents.",
-                body_or_joint=member.group,
-                value=extent,
-                limit=SLENDER_BEAM * gyration,
-                remedy="Set the option shear = true",
-                gyration=gyration,
-                slender=SLENDER_BEAM,
-            ),
-            stacklevel=6,
+        warn_of_physics(
+            "beam group {body_or_joint!r} extends over {value:.4g} m with a radius of gyration of {gyration:.4g} "
+            "m; below {slender:g} radii ({limit:.4g} m) the shear left out here shifts frequencies by per cents.",
+            body_or_joint=member.group,
+            value=extent,
+            limit=SLENDER_BEAM * gyration,
+            remedy="Set the option shear = true",
+            gyration=gyration,
+            slender=SLENDER_BEAM,
         )
 
 

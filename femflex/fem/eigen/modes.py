@@ -7,7 +7,6 @@ K phi = omega^2 M phi with K and M symmetric, M semi-definite (massless dofs are
 from __future__ import annotations
 
 import logging
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +23,7 @@ from femflex.fem.eigen.shift_invert import (
     factorise,
     orthonormalise,
 )
-from femflex.warning import PhysicsWarning
+from femflex.warning import warn_of_physics
 
 NO_STIFFNESS = 1e-15  # strain energy over the size of its summands; rounding leaves about 1e-17 of a rigid motion
 NO_ENERGY = 1e-21  # eigenvalue over a dof's own below which a shape lies in dofs that have no stiffness at all
@@ -161,12 +160,10 @@ def warn_if_rounded(K: sparse.csr_array, omega: Array, phi: Array) -> None:
     ratio = stiffness_ratio(K, phi)
     worst = int(np.argmin(ratio))
     if ratio[worst] < FEW_DIGITS:
-        warnings.warn(
+        warn_of_physics(
             f"mode {worst + 1} at {omega[worst] / (2 * np.pi):.4g} Hz: its strain energy is {ratio[worst]:.1e} of the "
             f"terms it is summed from, below {FEW_DIGITS:.0e}, so that few digits of the frequency are right; use "
-            "fewer elements of higher order, or stiffnesses less far apart",
-            PhysicsWarning,
-            stacklevel=4,
+            "fewer elements of higher order, or stiffnesses less far apart"
         )
 
 

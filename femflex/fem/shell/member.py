@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -31,7 +30,7 @@ from femflex.fem.tables import DenseStrain, StrainBlock, rows_of_elements
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.quality import quadrature
 from femflex.mesh.second_order import raise_order
-from femflex.warning import PhysicsWarning
+from femflex.warning import warn_of_physics
 
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
@@ -284,19 +283,16 @@ def _check_shapes(name: str, x: Array, where: str) -> None:
             f"{element_text(worst, x)}; correct the order of nodes, or cut them into triangles"
         )
     if angle[worst] > WARPED_SHELL:
-        warnings.warn(
-            PhysicsWarning(
-                "{body_or_joint}: {warped} of {count} quadrilaterals are warped by more than {limit:g} deg between "
-                "corner normals; the worst, by {value:.3g} deg, is {worst}. Their stiffness is some per cents off;",
-                body_or_joint=where,
-                value=angle[worst],
-                limit=WARPED_SHELL,
-                remedy="mesh finer there, or use eight-node elements",
-                warped=int((angle > WARPED_SHELL).sum()),
-                count=len(x),
-                worst=element_text(worst, x),
-            ),
-            stacklevel=5,
+        warn_of_physics(
+            "{body_or_joint}: {warped} of {count} quadrilaterals are warped by more than {limit:g} deg between "
+            "corner normals; the worst, by {value:.3g} deg, is {worst}. Their stiffness is some per cents off;",
+            body_or_joint=where,
+            value=angle[worst],
+            limit=WARPED_SHELL,
+            remedy="mesh finer there, or use eight-node elements",
+            warped=int((angle > WARPED_SHELL).sum()),
+            count=len(x),
+            worst=element_text(worst, x),
         )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +11,7 @@ from femflex.arrays import Array, IntArray
 from femflex.body import Marker
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.rigid import rigid_motion
-from femflex.warning import PhysicsWarning
+from femflex.warning import warn_of_physics
 
 FLAT = 1e-10  # relative second moment of a group's nodes about an axis below which they cannot show a rotation about it
 
@@ -81,12 +80,10 @@ def marker(rows: MarkerRows, phi: Array, name: str, turning: bool = True) -> Mar
     """
     translation, rotation = rows.translation @ phi, rows.rotation @ phi
     if turning and rows.blind.size and not rows.turning and np.abs(translation).max(initial=0.0) > 0:
-        warnings.warn(
+        warn_of_physics(
             f"marker {name!r} shows no rotation about {rows.blind.shape[1]} of 3 axes: its nodes have no rotation and "
             "lie on one point or line. A joint at this marker does not turn about those axes, and a torque about them "
-            "does not bend the body; name a group of nodes around the place.",
-            PhysicsWarning,
-            stacklevel=3,
+            "does not bend the body; name a group of nodes around the place."
         )
     return Marker(rows.position, translation, rotation)
 

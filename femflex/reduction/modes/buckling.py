@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 from scipy import linalg, sparse
 from scipy.sparse.linalg import LinearOperator, eigsh
@@ -15,7 +13,7 @@ from femflex.fem.structure import Structure
 from femflex.reduction.boundary.supported import Supported, negative_pivots, supported, unstressed
 from femflex.reduction.limits import CLOSE_TO_BUCKLING, FAR_FROM_BUCKLING
 from femflex.reduction.preload.equilibrium import refuse_slack, refuse_untensioned
-from femflex.warning import PhysicsWarning
+from femflex.warning import warn_of_physics
 
 CLASSED, EXACT = 1e-2, 1e-10  # tolerance of the stiffness ratio, relative: to see that buckling is far off; else
 ROUGHLY, VECTORS, RESTARTS = 1e-3, 12, 8  # of the remaining stiffness; for Lanczos' method, 60 solutions at most
@@ -111,10 +109,8 @@ def refuse_buckled(structure: Structure, held: IntArray) -> None:
             "exceed 1. Lower the prestress or the thermal strain, clamp more groups, or mesh the buckled shape."
         )
     if factor < CLOSE_TO_BUCKLING:
-        warnings.warn(
+        warn_of_physics(
             f"the initial stress is close to buckling: its linear buckling load factor is {factor:.4g} (limit "
             f"{CLOSE_TO_BUCKLING:g}), which leaves {1 - 1 / factor:.0%} of the stiffness of that shape. Results are "
-            "sensitive to small errors of shape, stress and supports. Lower the initial stress, or check these",
-            PhysicsWarning,
-            stacklevel=3,
+            "sensitive to small errors of shape, stress and supports. Lower the initial stress, or check these"
         )

@@ -8,7 +8,6 @@ strain them by a tenth, and then raised by factors to its own value.
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -22,7 +21,7 @@ from femflex.fem.tension.strain import PRINCIPAL, UNITS, TensionStrain
 from femflex.reduction.boundary.clamps import Groups, held_dofs
 from femflex.reduction.boundary.supported import factors, negative_pivots, supported
 from femflex.reduction.preload.loads import Loads, Preload, loads_of_preload
-from femflex.warning import PhysicsWarning
+from femflex.warning import warn_of_physics
 
 CONVERGED = 1e-11  # largest unbalanced force over the largest force on a dof
 FIRST_STRAIN = 0.1  # by which loads strain tethers and membranes with their first elastic stiffness
@@ -190,17 +189,14 @@ def warn_if_slack(structure: Structure) -> None:
         s = len(block.linear_map)
         at = ", ".join(f"{c:.4g}" for c in np.broadcast_to(block.places, (*lowest.shape, 3))[lowest == lowest.min()][0])
         state, what = ("slack", "length") if s == 1 else ("wrinkled", "area")
-        warnings.warn(
-            PhysicsWarning(
-                f"{block.family} on group {{body_or_joint!r}} is {state} over {{part:.2%}} of its {what}: its "
-                f"{PRINCIPAL[s]} falls to {{value:.4g}} {UNITS[s]} at ({{at}}), below zero, and the elements carry "
-                "that compression.",
-                body_or_joint=block.group,
-                value=lowest.min(),
-                limit=0.0,
-                remedy="Raise the tension, or move the supports",
-                part=part,
-                at=at,
-            ),
-            stacklevel=3,
+        warn_of_physics(
+            f"{block.family} on group {{body_or_joint!r}} is {state} over {{part:.2%}} of its {what}: its "
+            f"{PRINCIPAL[s]} falls to {{value:.4g}} {UNITS[s]} at ({{at}}), below zero, and the elements carry "
+            "that compression.",
+            body_or_joint=block.group,
+            value=lowest.min(),
+            limit=0.0,
+            remedy="Raise the tension, or move the supports",
+            part=part,
+            at=at,
         )

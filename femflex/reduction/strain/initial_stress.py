@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 
 from femflex.arrays import Array, IntArray
@@ -16,7 +14,7 @@ from femflex.reduction.boundary.supported import unstressed
 from femflex.reduction.limits import LEAST_REMAINING_STRESS, LOST_BY_RELAXATION, MOVED_BY_RELAXATION, SMALL_STRAIN
 from femflex.reduction.modes.vibration import ModeSet
 from femflex.reduction.preload.equilibrium import is_known, static_equilibrium
-from femflex.warning import PhysicsWarning
+from femflex.warning import warn_of_physics
 
 RELAXED_BY = ("let go",)  # key of the largest of these displacements [m] in a relaxed structure
 
@@ -74,12 +72,10 @@ def warn_if_slack(structure: Structure, modes: ModeSet) -> None:
     released = float(-structure.f0 @ relaxation(structure, modes.held)) / 2
     share = released / stress_energy(structure)
     if share > LOST_BY_RELAXATION:
-        warnings.warn(
+        warn_of_physics(
             f"supports do not hold the initial stress: static motion would release {share:.0%} of its energy, over "
             f"{LOST_BY_RELAXATION:.0%}, and linear strain keeps the stiffening of all of it; reduce the relaxed "
-            "structure instead",
-            PhysicsWarning,
-            stacklevel=4,
+            "structure instead"
         )
 
 
@@ -88,11 +84,9 @@ def _warn_if_unbalanced(structure: Structure, held: IntArray) -> None:
     free = np.delete(np.arange(structure.n_dof), held)
     left, whole = (float(np.abs(f).max(initial=0.0)) for f in (structure.f0[free], structure.f0))
     if left > SMALL_STRAIN * whole:
-        warnings.warn(
+        warn_of_physics(
             f"the tension of tethers or membranes leaves {left:.3g} N unbalanced, over {SMALL_STRAIN:.0%} of its "
-            f"largest force on a dof ({whole:.3g} N); reduce the structure about its `static_equilibrium` instead",
-            PhysicsWarning,
-            stacklevel=5,
+            f"largest force on a dof ({whole:.3g} N); reduce the structure about its `static_equilibrium` instead"
         )
 
 
@@ -107,7 +101,7 @@ def warn_of_initial_stress(name: str, before: Structure, after: Structure, is_in
         return
     remaining = stress_energy(after) / max(stress_energy(before), 1e-300)
     if is_intended and remaining < LEAST_REMAINING_STRESS:
-        warning = PhysicsWarning(
+        warn_of_physics(
             "{body_or_joint}: its clamps sustain {value:.0%} of the energy of the initial stress (limit {limit:.0%}); "
             "the rest relaxed before its modes were computed.",
             body_or_joint=name,
@@ -115,9 +109,8 @@ def warn_of_initial_stress(name: str, before: Structure, after: Structure, is_in
             limit=LEAST_REMAINING_STRESS,
             remedy="Clamp every group that reacts the stress, such as both ends",
         )
-        warnings.warn(warning, stacklevel=2)
     elif (moved := after.known.get(RELAXED_BY, (0.0,))[0]) > MOVED_BY_RELAXATION * (size := _size(after)):
-        warning = PhysicsWarning(
+        warn_of_physics(
             "{body_or_joint}: what its supports do not hold of its initial stress moves it by up to {moved:.4g} m, "
             "{value:.2g} of its size (limit {limit:g}). The modes are those after that, but the mesh stays as it is: "
             "this displacement is in no result.",
@@ -127,10 +120,9 @@ def warn_of_initial_stress(name: str, before: Structure, after: Structure, is_in
             remedy="Add it where it counts, or mesh the deformed shape",
             moved=moved,
         )
-        warnings.warn(warning, stacklevel=2)
     largest = largest_strain(before, after)
     if largest > SMALL_STRAIN:
-        warning = PhysicsWarning(
+        warn_of_physics(
             "{body_or_joint}: its initial stress strains it by up to {value:.1%}, and strain is taken to be small, "
             "below {limit:.0%}.",
             body_or_joint=name,
@@ -138,7 +130,6 @@ def warn_of_initial_stress(name: str, before: Structure, after: Structure, is_in
             limit=SMALL_STRAIN,
             remedy="Check prestress, thermal strain and units",
         )
-        warnings.warn(warning, stacklevel=2)
 
 
 def largest_strain(given: Structure, left: Structure) -> float:

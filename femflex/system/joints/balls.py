@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import StrictBool, model_validator
 
 from femflex.arrays import Array
-from femflex.noun.rotation_words import RotationSet, Sequence_
+from femflex.noun.names import RotationSet, Sequence_
 from femflex.noun.table import refuse
 from femflex.noun.values import Angles, Position, Rates, Velocity
 from femflex.rotations import is_extrinsic, letters_of
