@@ -12,7 +12,9 @@ from femflex.advice.buckling import BucklingMargin
 from femflex.advice.limits import DISPLACEMENT_OF_RISE, RESPONSE_REACH, RESPONSES, SOFTENING_RATIO
 from femflex.body import FlexibleBody, StrainTensors
 from femflex.fem.structure import Structure
-from femflex.reduction import ModeSet, least_stiffness_ratio, mesh_rise, stretching
+from femflex.reduction import ModeSet
+from femflex.reduction.large_deflection.foreshortening import least_stiffness_ratio, mesh_rise
+from femflex.reduction.large_deflection.stretch import stretching
 from femflex.reduction.large_deflection.third_derivatives import sheet_note
 from femflex.reduction.origin import Meshed
 

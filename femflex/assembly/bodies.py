@@ -30,21 +30,12 @@ from femflex.fem.tension.strain import UNITS
 from femflex.matrices import MatrixModel, StatedMass, read_matrices
 from femflex.matrices.body import matrix_body, without_rounding
 from femflex.noun.problems import CaseError, Problem, suggestion_text
-from femflex.reduction import (
-    ModeSet,
-    beam_body,
-    bending_damping,
-    is_added,
-    is_unanswered,
-    load_body,
-    missing_stretch,
-    reduce_structure,
-    require_stretch,
-    with_derivatives,
-)
+from femflex.reduction import ModeSet, beam_body, load_body, reduce_structure, with_derivatives
+from femflex.reduction.large_deflection.stretch import missing_stretch, require_stretch
 from femflex.reduction.matrices import MatrixBody
 from femflex.reduction.methods import FreeFree, Nodal, Stiff, Stretchable
 from femflex.reduction.mode_warnings import half_wave_text, warn_of_few_elements
+from femflex.reduction.modes.damping import bending_damping, is_added, is_unanswered
 from femflex.reduction.origin import Analytic, Meshed, Origin
 from femflex.reduction.preload.equilibrium import is_preloaded
 from femflex.reduction.reduce import small_motion_body

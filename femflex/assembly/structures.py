@@ -29,16 +29,13 @@ from femflex.fem.sections.materials import Material, Orthotropic
 from femflex.fem.sections.named import member_material, member_section, solid_material
 from femflex.mesh import Mesh
 from femflex.noun.problems import CaseError, Problem, suggestion_text
-from femflex.reduction import (
-    ModeSet,
-    relaxed,
-    slow_loads,
-    warn_of_initial_stress,
-)
+from femflex.reduction import ModeSet, relaxed
 from femflex.reduction.induced_strain import loads_of_induced_strain
+from femflex.reduction.large_deflection.slow_loads import slow_loads
 from femflex.reduction.methods import clamp_of
 from femflex.reduction.preload.equilibrium import static_equilibrium
 from femflex.reduction.preload.loads import NO_RATE, Preload
+from femflex.reduction.strain.initial_stress import warn_of_initial_stress
 from femflex.warning import warn_of_physics
 
 PLACE = "marker {}"  # point group of a marker given by its position

@@ -160,9 +160,7 @@ def _difference(file_body: RunBody, body: FlexibleBody) -> str:
         **{f"marker {name}": (file_body.markers.get(name, np.nan), at.position) for name, at in body.markers.items()},
     }
     if body.skin is not None:
-        pairs |= {
-            key: (getattr(file_body.skin, key, np.nan), getattr(body.skin, key)) for key in ("points", "shapes")
-        }
+        pairs |= {key: (getattr(file_body.skin, key, np.nan), getattr(body.skin, key)) for key in ("points", "shapes")}
     for key, (a, b) in pairs.items():
         size = float(np.abs(np.nan_to_num(b)).max(initial=0.0))
         if np.shape(a) != np.shape(b) or not np.allclose(a, b, rtol=SAME_MODEL, atol=SAME_MODEL * size, equal_nan=True):

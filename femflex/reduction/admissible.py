@@ -14,18 +14,15 @@ from femflex.body.induced_strain import LINES, patch_axes
 from femflex.body.patches import FLAT
 from femflex.fem.eigen.shift_invert import canonical_modes, dense_modes, signs
 from femflex.fem.line.chain import section_points
-from femflex.fem.structure import Structure
 from femflex.reduction.beams.beam_functions import ends_of, gauss, points_for
 from femflex.reduction.beams.beam_strain import beam_strain
 from femflex.reduction.beams.strain_points import beam_field
 from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
-from femflex.reduction.boundary.clamps import Groups, held_dofs, names
 from femflex.reduction.boundary.patches import CellMotion, mean_markers
-from femflex.reduction.boundary.rigid import dofs_of_node_motion
 from femflex.reduction.inertia.moments import point_moments
 from femflex.reduction.large_deflection.foreshortening import foreshortening_of
 from femflex.reduction.modes.damping import UNANSWERED, Damping, bending_damping, is_added, is_unanswered
-from femflex.reduction.modes.vibration import TURN, ModeSet
+from femflex.reduction.modes.vibration import TURN
 from femflex.reduction.strain.condense import condense, with_stretch_of_slaved
 from femflex.reduction.strain.turned_sections import Sections, with_turned_sections
 
@@ -33,7 +30,6 @@ SIDES = 16  # of the tube for drawing
 RANK = (
     1e-10  # strain energy of a dependent function over the largest, below which the axial functions contain it already
 )
-ON_LINE = 1e-6  # distance over length within which a node lies on the beam's line
 
 
 def beam_body(
@@ -222,30 +218,6 @@ def _dependent_columns(functions: BeamFunctions, V1: Array, Me: Array, independe
         return F, np.zeros(0)
     eigenvalues, modes = dense_modes(F.T @ V1 @ F, F.T @ Me @ F)
     return F @ canonical_modes(eigenvalues, modes), np.sqrt(eigenvalues)
-
-
-def sampled_functions(structure: Structure, beam: UniformBeam, functions: BeamFunctions, clamp: Groups = ()) -> ModeSet:
-    """The same functions as shapes of a Structure whose nodes lie on the beam's line; clamp: the groups at its root.
-
-    Nodes take the functions' values and slopes; dofs between nodes take the values of least strain energy, so that a
-    shape is cubic in each element whatever its order: an error of 1e-6 in a frequency needs beta h < 0.2.
-    Raises ValueError if nodes are not on the line.
-    """
-    d = structure.mesh.points - np.asarray(beam.root, float)
-    along = d @ beam.frame[0]
-    off = float(np.linalg.norm(d - np.outer(along, beam.frame[0]), axis=1).max())
-    beyond = float(max(0.0, -along.min(), along.max() - beam.length))
-    if max(off, beyond) > ON_LINE * beam.length:
-        raise ValueError(
-            f"nodes lie up to {off:.3g} m off the beam's line and {beyond:.3g} m past its ends; "
-            "give the beam the root, direction and length of the mesh."
-        )
-    centre, turn = _section_motion(beam, functions, np.clip(along / beam.length, 0.0, 1.0))
-    phi = dofs_of_node_motion(structure, centre, turn)
-    phi[held_dofs(structure, clamp)] = 0.0
-    phi /= np.sqrt(np.einsum("in,in->n", phi, structure.M @ phi))
-    unknown = np.full(functions.count, np.nan)
-    return ModeSet(phi, ("admissible",) * functions.count, unknown, names(clamp), held_dofs(structure, clamp))
 
 
 def _stiffness(beam: UniformBeam, functions: BeamFunctions, xi: Array, weight: Array) -> Array:

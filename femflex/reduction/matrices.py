@@ -6,15 +6,13 @@ from collections.abc import Container, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
 
-from femflex.arrays import Array, IntArray
+from femflex.arrays import Array
 from femflex.body import FlexibleBody, StrainTensors
-from femflex.fem.matrix_structure import MatrixStructure, structure_from_matrices
-from femflex.mesh import Mesh
+from femflex.fem.matrix_structure import MatrixStructure
 from femflex.reduction.boundary.markers import marker, marker_rows
 from femflex.reduction.boundary.rigid import check_no_rigid_motion, rigid_shapes
-from femflex.reduction.inertia.mass_matrix import Distribution, matrix_moments, nodal_mass
+from femflex.reduction.inertia.mass_matrix import Distribution, matrix_moments
 from femflex.reduction.inertia.moments import linear_stiffness
 from femflex.reduction.limits import LUMPED_MASS_ERROR
 from femflex.reduction.modes.damping import Damping, is_added, is_unanswered
@@ -110,46 +108,3 @@ def _damping(structure: MatrixStructure, modes: ModeSet, damping: Damping | None
         D = modes.phi.T @ (structure.D @ modes.phi)
         return np.asarray((D + D.T) / 2)
     return (damping or Damping(ratio=0.0)).matrix(Me, V1, is_added(modes.kinds), is_unanswered(modes.kinds))
-
-
-def body_from_matrices(
-    X: Array,
-    M: sparse.csr_array,
-    K: sparse.csr_array,
-    phi: Array,
-    markers: Mapping[str, IntArray] | None = None,
-    damping: Damping | None = None,
-    cells: Mapping[str, IntArray] | None = None,
-    omega: Array | None = None,
-    kinds: tuple[str, ...] | None = None,
-) -> FlexibleBody:
-    """The FlexibleBody of nodes X (n, 3) with matrices M, K (3n, 3n), dof 3 * node + axis, and shapes phi (3n, k).
-
-    markers: name -> nodes (mean displacement and least-squares rotation). cells: what is drawn, over X.
-    `reduce_matrices` with shapes of your own; raises ValueError on shapes of arrays that do not fit.
-    """
-    X, n = np.asarray(X, float), 3 * len(X)
-    for name, matrix in (("M", M), ("K", K)):
-        if matrix.shape != (n, n):
-            raise ValueError(
-                f"{name} is {matrix.shape[0]} x {matrix.shape[1]}, but {len(X)} nodes with three translations need "
-                f"{n} x {n}."
-            )
-    if phi.ndim != 2 or phi.shape[0] != n:
-        raise ValueError(f"phi has shape {phi.shape}; shapes over {len(X)} nodes have {n} rows, one column each.")
-    dofs = np.stack(np.divmod(np.arange(n), 3), axis=1)
-    groups = {name: np.unique(np.asarray(nodes, np.int64)) for name, nodes in (markers or {}).items()}
-    mesh = Mesh(X, dict(cells or {}), point_groups=groups)
-    structure = structure_from_matrices(mesh, dofs, sparse.csr_array(M), sparse.csr_array(K))
-    if not nodal_mass(structure).exact:
-        raise ValueError(
-            "the mass matrix is not alike along the three axes, or couples them; give a mass matrix of translations, "
-            "dofs ordered 3 * node + axis, or use reduce_matrices, which lumps other ones."
-        )
-    k = phi.shape[1]
-    modes = ModeSet(
-        phi,
-        kinds or ("vibration" if omega is not None else "nodal",) * k,
-        np.full(k, np.nan) if omega is None else np.asarray(omega, float),
-    )
-    return reduce_matrices(structure, modes, {name: name for name in groups}, damping).body

@@ -31,8 +31,9 @@ from femflex.measures.measure import OF_BODY
 from femflex.mesh.cells import CELL_TYPES
 from femflex.pipeline.case_bodies import build_body, build_each
 from femflex.pipeline.decisions import with_own_joints
-from femflex.reduction import is_added, load_body
+from femflex.reduction import load_body
 from femflex.reduction.methods import Stretchable
+from femflex.reduction.modes.damping import is_added
 from femflex.system import Segments
 from femflex.warning import PhysicsWarning
 

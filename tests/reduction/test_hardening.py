@@ -13,13 +13,7 @@ from femflex.body.symmetric import unpacked
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import Rectangle
 from femflex.mesh import box, line, rectangle
-from femflex.reduction import (
-    cantilever_modes,
-    free_free_modes,
-    hardening,
-    strain_tensors,
-    with_derivatives,
-)
+from femflex.reduction import cantilever_modes, free_free_modes, hardening, strain_tensors, with_derivatives
 from femflex.reduction.beams.beam_functions import bending_characteristic
 from femflex.reduction.modes.vibration import rigid_set
 

@@ -17,13 +17,7 @@ from support.strips import STRIPS, derived, strip, under_end_load
 
 from femflex.fem import Material, Member, build_structure
 from femflex.mesh import rectangle
-from femflex.reduction import (
-    BeamFunctions,
-    UniformBeam,
-    beam_body,
-    cantilever_modes,
-    reduce_structure,
-)
+from femflex.reduction import BeamFunctions, UniformBeam, beam_body, cantilever_modes, reduce_structure
 from femflex.reduction.boundary.markers import marker_rows
 
 HELD = {"start": ("x", "y", "z", "rx"), "end": ("y", "z", "rx")}

@@ -10,11 +10,15 @@ from support.reduction_examples import ALUMINIUM, LENGTH, MASS, bent_boom, frame
 
 from femflex.fem import Material, Member, PointMass, build_structure
 from femflex.fem.eigen.modes import stiffness_ratio
+from femflex.fem.matrix_structure import structure_from_matrices
 from femflex.fem.sections import Rectangle, Tube
+from femflex.mesh import Mesh
 from femflex.mesh.generators import box, line, rectangle
-from femflex.reduction import body_from_matrices, cantilever_modes, free_free_modes, reduce_structure, rigid_set
+from femflex.reduction import cantilever_modes, free_free_modes, reduce_structure, rigid_set
 from femflex.reduction.boundary.rigid import rigid_shapes
 from femflex.reduction.inertia.moments import mass_moments, strain_stiffness
+from femflex.reduction.matrices import reduce_matrices
+from femflex.reduction.modes.vibration import ModeSet
 
 
 @pytest.fixture(scope="module", params=["boom", "frame"])
@@ -111,10 +115,17 @@ def random_system(n=12, k=4, lumped=False, seed=11):
     return X, M, K, phi, np.sqrt(eigenvalues[:k])
 
 
+def body_of(X, M, K, phi, omega):
+    """The body of nodes X (n, 3) whose three translations have matrices M and K, in shapes phi."""
+    dofs = np.stack(np.divmod(np.arange(3 * len(X)), 3), axis=1)
+    structure = structure_from_matrices(Mesh(X, {}), dofs, sparse.csr_array(M), sparse.csr_array(K))
+    return reduce_matrices(structure, ModeSet(phi, ("vibration",) * len(omega), omega)).body
+
+
 @pytest.mark.parametrize("lumped", [False, True])
 def test_moments_are_the_nodal_sums_of_the_mass_matrix(lumped):
     X, M, K, phi, omega = random_system(lumped=lumped)
-    m = body_from_matrices(X, sparse.csr_array(M), sparse.csr_array(K), phi, omega=omega).moments
+    m = body_of(X, M, K, phi, omega).moments
     scalar, shapes = M[::3, ::3], [X, *(column.reshape(-1, 3) for column in phi.T)]
     assert m.mass == pytest.approx(scalar.sum())
     for A, za in enumerate(shapes):
@@ -125,11 +136,10 @@ def test_moments_are_the_nodal_sums_of_the_mass_matrix(lumped):
 
 def test_stiffness_frequencies_and_kinds():
     X, M, K, phi, omega = random_system()
-    body = body_from_matrices(X, M, K, phi, omega=omega)
+    body = body_of(X, M, K, phi, omega)
     assert np.diag(body.strain.V1) == pytest.approx(omega**2)
     assert body.moments.elastic_mass() == pytest.approx(np.eye(4), abs=1e-12)
     assert body.kinds == ("vibration",) * 4 and np.array_equal(body.omega, omega)
-    assert body_from_matrices(X, M, K, phi).kinds == ("nodal",) * 4
 
 
 SHEET = Material(7e10, 0.3, 2700.0)

@@ -8,12 +8,7 @@ import numpy as np
 import pytest
 from support.reduction_examples import bent_boom, frame, slender_beam
 
-from femflex.reduction import (
-    Damping,
-    cantilever_modes,
-    reduce_structure,
-    rigid_set,
-)
+from femflex.reduction import Damping, cantilever_modes, reduce_structure, rigid_set
 from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.boundary.rigid import rigid_motion, rigid_shapes
 
