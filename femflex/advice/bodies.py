@@ -14,7 +14,7 @@ from femflex.reduction.large_deflection.foreshortening import hardening, least_s
 from femflex.reduction.origin import Analytic, Meshed, Origin, ResolvedBody, resolved_body
 from femflex.reduction.preload.equilibrium import is_preloaded
 from femflex.reduction.reduce import MOST_COORDINATES
-from femflex.reduction.static_buckling.buckling_analysis import BucklingAnalysis, BucklingModel
+from femflex.reduction.static_buckling.buckling_analysis import BucklingAnalysis
 from femflex.reduction.static_buckling.elastic_structures import BeamBuckling, StructureBuckling
 
 
@@ -25,7 +25,7 @@ class BodyOrigin:
     origin: Origin
 
     @cached_property
-    def buckling_model(self) -> BucklingModel | None:
+    def buckling_model(self) -> BucklingAnalysis | None:
         """Its linear buckling analysis; None for an unclamped body, a tether or a membrane."""
         source = self.origin.source
         if isinstance(source, Meshed) and tension_blocks(source.structure):

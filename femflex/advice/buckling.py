@@ -25,7 +25,6 @@ from femflex.advice.motion_estimate import RigidEstimate
 from femflex.arrays import Array
 from femflex.dynamics.model import compile_system
 from femflex.dynamics.observe.markers import marker_motion
-from femflex.fem.connections.connection import skew
 from femflex.reduction.static_buckling.buckling_analysis import AppliedLoad, BucklingResult
 from femflex.rotations import dcm_from_quaternion
 from femflex.system import Joint, Nonholonomic, System
@@ -213,7 +212,6 @@ def _attached(motion: RigidMotion, joint: Joint, parent_is_rigid: bool) -> Itera
     )
     arm = _body_components(motion, name, centre - position) * is_rigid_to_parent
     closed = any(force.n_constrained and force.body in carried for force in motion.forces)
-    inertia = _attached_inertia(motion, name, carried, position) * is_rigid_to_parent
     yield AppliedLoad(
         f"inertia and weight of the bodies attached at {marker!r}",
         marker,
@@ -221,22 +219,7 @@ def _attached(motion: RigidMotion, joint: Joint, parent_is_rigid: bool) -> Itera
         wrench,
         arm,
         n_constrained=3 * (closed and parent_is_rigid),
-        inertia=inertia,
     )
-
-
-def _attached_inertia(motion: RigidMotion, parent: str, carried: list[str], position: Array) -> Array:
-    """Inertia (6, 6) of the bodies attached at a point of a parent, about that point, at the start, parent axes."""
-    out = np.zeros((6, 6))
-    for body in carried:
-        moments = motion.system.bodies[body].moments
-        C = motion.rotations[parent][0].T @ motion.rotations[body][0]
-        c = C @ moments.center_of_mass()
-        arm = motion.rotations[parent][0].T @ (motion.channels[f"bodies/{body}/position"][0] - position[0])
-        J = C @ moments.inertia() @ C.T - moments.mass * ((c @ c) * np.eye(3) - np.outer(c, c))
-        S = skew(arm + c)
-        out += np.block([[moments.mass * np.eye(3), -moments.mass * S], [moments.mass * S, J - moments.mass * S @ S]])
-    return out
 
 
 def _load_at_marker(

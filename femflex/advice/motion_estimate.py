@@ -75,16 +75,13 @@ class MotionEstimate:
     response: ElasticResponse | None = None
 
 
-def estimate_motion(system: System, end: float, rigid: RigidEstimate | None = None) -> MotionEstimate:
-    """Estimated motion of a system up to a time [s], or up to where the estimate costs too much.
-
-    rigid: its rigid-body motion, if already computed, such as for the same craft with other shapes.
-    """
+def estimate_motion(system: System, end: float) -> MotionEstimate:
+    """Estimated motion of a system up to a time [s], or up to where the estimate costs too much."""
     system = replace(system, reactions=False, sights=())
     model = compile_system(system)
     initial = MotionEstimate(model, np.zeros(1), model.x0[None], model.x0[None])
     try:
-        rigid = rigid_motion_of(model, end) if rigid is None else rigid
+        rigid = rigid_motion_of(model, end)
         states, rates = _states_from_rigid_motion(model, compile_system(rigid.system), (rigid.times, rigid.states))
     except (ValueError, np.linalg.LinAlgError) as error:
         return replace(initial, shortfall=f"for the initial state only ({_error_text(error)})")

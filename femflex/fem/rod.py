@@ -12,6 +12,7 @@ from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, SkinPart, StrainPlaces, family, member_cells
 from femflex.fem.sections.library import Shape
 from femflex.fem.tables import DenseInertia, DenseStrain
+from femflex.fem.tension.tether import axial_properties, check_axial_section, frames
 
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
@@ -33,11 +34,7 @@ def rod(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     clamped.
     """
     section, where = member.section, f"rod on group {member.group!r}"
-    if not (hasattr(section, "axial") or hasattr(section, "resultants")):
-        raise ValueError(
-            f"{where} has section {section!r}; give a cable section (EA and mass per length) or one of the beam "
-            "sections with a material"
-        )
+    check_axial_section(member)
     if section.varies:
         raise ValueError(f"{where} has a section that varies; rods are uniform, so give numbers")
     nodes = member_cells(mesh, member, ("line",))["line"]
@@ -47,23 +44,16 @@ def rod(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     if not (length > 0).all():
         raise ValueError(f"{where} has {int((length <= 0).sum())} line cells of no length")
     s, whole_length = np.zeros((1, 1)), np.ones((1, 1))
-    if hasattr(section, "axial"):
-        EA, mass = section.axial(s, whole_length)
-    else:
-        resultants = section.resultants(member.material, s, whole_length)
-        EA, mass = resultants.EA, resultants.mass
+    EA, mass = axial_properties(member, s, whole_length)
     dofs = numbering.translation(nodes.ravel()).reshape(-1, 6)
     shapes = np.stack([1 - GAUSS, GAUSS], axis=1)  # (q, 2)
     N = np.einsum("qk,ij->qikj", shapes, np.eye(3)).reshape(1, 2, 3, 6)
-    dm = length[:, None] / 2 * np.broadcast_to(mass, (1, 1)) * np.ones((1, 2))
+    dm = length[:, None] / 2 * mass * np.ones((1, 2))
     inertia = DenseInertia(dofs, dm, np.matmul(shapes, x), N)
     tangent = span / length[:, None]
-    least = np.eye(3)[np.abs(tangent).argmin(axis=1)]
-    y = np.cross(least, tangent)
-    y /= np.linalg.norm(y, axis=1, keepdims=True)
-    axes = np.stack([tangent, y, np.cross(tangent, y)], axis=1)
+    axes = frames(tangent)
     G = np.concatenate([-axes, axes], axis=2)[:, None] / length[:, None, None, None]  # rows of u' along the axes
-    elastic = np.broadcast_to(np.asarray(EA, float).reshape(1, 1, 1, 1), (len(nodes), 1, 1, 1))
+    elastic = np.broadcast_to(EA[..., None, None], (len(nodes), 1, 1, 1))
     strain = DenseStrain(dofs, length[:, None], elastic, np.eye(1, 3), np.eye(3)[None], G)
     fibres = section.fibres(s, 1.0) if isinstance(section, Shape) else None
     places = StrainPlaces("line", x.mean(axis=1)[:, None], fibres=fibres)

@@ -70,11 +70,11 @@ def warn_of_omitted_shear(structure: Structure, modes: ModeSet) -> None:
     )
 
 
-def frequency_errors(structure: Structure, modes: ModeSet, first: int = JUDGED_MODES) -> tuple[Array, IntArray]:
+def frequency_errors(structure: Structure, modes: ModeSet) -> tuple[Array, IntArray]:
     """Relative error (n,) [1] by which frequencies of the first vibration modes are too high without shear, and the
     numbers (n,) of these modes in the set."""
     vibrating = [k for k, kind in enumerate(modes.kinds) if kind in VIBRATING and modes.omega[k] > 0]
-    which = np.array(sorted(vibrating, key=lambda k: modes.omega[k])[:first], np.int64)
+    which = np.array(sorted(vibrating, key=lambda k: modes.omega[k])[:JUDGED_MODES], np.int64)
     shapes = modes.phi[:, which]
     squared = modes.omega[which] ** 2
     true = squared.copy()

@@ -55,13 +55,12 @@ class ShellGeometry:
 
 @dataclass(frozen=True, eq=False)
 class _Base:
-    """Base vectors at points of elements: g, d_a (e, q, 2, 3), d (e, q, 3); shape functions h (q, k), dh (q, k, 2)."""
+    """Base vectors at points of elements: g (e, q, 2, 3), d (e, q, 3); shape functions h (q, k), dh (q, k, 2)."""
 
     h: Array
     dh: Array
     g: Array
     d: Array
-    d_a: Array
 
 
 def _base(geometry: ShellGeometry, points: Array) -> _Base:
@@ -69,7 +68,7 @@ def _base(geometry: ShellGeometry, points: Array) -> _Base:
     h, dh = cell.interpolation(points), cell.gradients(points)
     x = geometry.x - geometry.x[:, :1]
     g = np.einsum("qka,eki->eqai", dh, x)
-    return _Base(h, dh, g, np.einsum("qk,eki->eqi", h, geometry.V), np.einsum("qka,eki->eqai", dh, geometry.V))
+    return _Base(h, dh, g, np.einsum("qk,eki->eqi", h, geometry.V))
 
 
 def areas(geometry: ShellGeometry, points: Array) -> tuple[Array, Array]:

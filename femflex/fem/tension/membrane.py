@@ -14,9 +14,9 @@ from femflex.fem.option import Option, Options, member_options
 from femflex.fem.plate.dof_map import member_section
 from femflex.fem.plate.elastic import initial_stress, section_stiffness
 from femflex.fem.plate.frames import plane_frames, plane_normals
-from femflex.fem.plate.triangles import area_points
+from femflex.fem.plate.triangles import area_points, inplane_gradients, inplane_shapes
 from femflex.fem.tables import DenseInertia
-from femflex.fem.tension.strain import TensionStrain, least_squares
+from femflex.fem.tension.strain import TensionStrain, interpolated_skin, least_squares
 from femflex.mesh.cells import CELL_TYPES
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def shapes(kind: str, L: Array) -> Array:
     or of the six nodes (triangle6)."""
     if kind == "triangle6":
         return CELL_TYPES[kind].interpolation(L[:, 1:])
-    return np.concatenate([L, np.stack([4 * L[:, i] * L[:, j] for i, j in SIDES], axis=1)], axis=1)
+    return inplane_shapes(L)
 
 
 def gradients(kind: str, L: Array) -> Array:
@@ -94,9 +94,7 @@ def gradients(kind: str, L: Array) -> Array:
     if kind == "triangle6":
         return CELL_TYPES[kind].gradients(L[:, 1:])
     dL = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
-    corners = np.broadcast_to(dL, (len(L), 3, 2))
-    sides = [4 * (L[:, i, None] * dL[j] + L[:, j, None] * dL[i]) for i, j in SIDES]
-    return np.concatenate([corners, np.stack(sides, axis=1)], axis=1)
+    return inplane_gradients(L, dL.T[None])[0].swapaxes(1, 2)
 
 
 def geometry(kind: str, L: Array) -> Array:
@@ -180,19 +178,9 @@ def _skin(parts: list[tuple[Array, IntArray, str]]) -> SkinPart:
     """Draw every triangle as four, with the middles of its sides."""
     L = np.array([(1, 0, 0), (0, 1, 0), (0, 0, 1), (0.5, 0.5, 0), (0, 0.5, 0.5), (0.5, 0, 0.5)], float)
     four = np.array([(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)])
-    points, cells, rows, cols, values, start = [], [], [], [], [], 0
-    for x, dofs, kind in parts:
-        e, m = dofs.shape[:2]
-        number = start + np.arange(6 * e).reshape(e, 6)
-        start += 6 * e
-        points.append((geometry(kind, L) @ x).reshape(-1, 3))
-        cells.append(number[:, four].reshape(-1, 3))
-        shape = (e, 6, m, 3)
-        rows.append(np.broadcast_to(3 * number[:, :, None, None] + np.arange(3), shape).ravel())
-        cols.append(np.broadcast_to(dofs[:, None], shape).ravel())
-        values.append(np.broadcast_to(shapes(kind, L)[None, :, :, None], shape).ravel())
-    triplets = np.concatenate(rows), np.concatenate(cols), np.concatenate(values)
-    return SkinPart(np.concatenate(points), {"triangle": np.concatenate(cells)}, *triplets)
+    return interpolated_skin(
+        "triangle", four, [(geometry(kind, L) @ x, dofs, shapes(kind, L)) for x, dofs, kind in parts]
+    )
 
 
 def _checked_options(options: dict[str, Any], where: str) -> dict[str, Any]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from femflex.arrays import Array
+from femflex.arrays import Array, IntArray
+from femflex.fem.family import SkinPart
 from femflex.fem.tables import DenseStrain
 
 PRINCIPAL = {1: "tension", 3: "lowest principal stress resultant"}  # by number of strains
@@ -72,6 +74,25 @@ def lowest_principal(stress: Array) -> Array:
         return np.asarray(stress[..., 0])
     xx, yy, xy = np.moveaxis(stress, -1, 0)
     return np.asarray((xx + yy) / 2 - np.hypot((xx - yy) / 2, xy))
+
+
+def interpolated_skin(kind: str, pieces: IntArray, parts: Sequence[tuple[Array, IntArray, Array]]) -> SkinPart:
+    """The skin of elements with drawn points x (e, p, 3), dofs (e, m, 3) and shape functions (p, m) of each part.
+
+    pieces (k, n): the cells of that kind among the p points of every element.
+    """
+    points, cells, rows, cols, values, start = [], [], [], [], [], 0
+    for x, dofs, N in parts:
+        number = start + np.arange(x.shape[0] * x.shape[1]).reshape(x.shape[:2])
+        start += number.size
+        points.append(x.reshape(-1, 3))
+        cells.append(number[:, pieces].reshape(-1, pieces.shape[1]))
+        shape = (*number.shape, N.shape[1], 3)
+        rows.append(np.broadcast_to(3 * number[:, :, None, None] + np.arange(3), shape).ravel())
+        cols.append(np.broadcast_to(dofs[:, None], shape).ravel())
+        values.append(np.broadcast_to(N[None, :, :, None], shape).ravel())
+    triplets = np.concatenate(rows), np.concatenate(cols), np.concatenate(values)
+    return SkinPart(np.concatenate(points), {kind: np.concatenate(cells)}, *triplets)
 
 
 def least_squares(values: Array, weight: Array) -> Array:

@@ -19,7 +19,7 @@ from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_length
 from femflex.fem.option import Option, Options, member_options
 from femflex.fem.sections.library import Shape
 from femflex.fem.tables import DenseInertia
-from femflex.fem.tension.strain import TensionStrain, least_squares
+from femflex.fem.tension.strain import TensionStrain, interpolated_skin, least_squares
 from femflex.mesh.cells import CELL_TYPES
 
 if TYPE_CHECKING:
@@ -162,6 +162,15 @@ def frames(x: Array) -> Array:
     return np.stack([x, y, np.cross(x, y)], axis=-2)
 
 
+def check_axial_section(member: Member) -> None:
+    """Raise ValueError for a section without axial stiffness and mass."""
+    if not (hasattr(member.section, "axial") or hasattr(member.section, "resultants")):
+        raise ValueError(
+            f"{member.family} on group {member.group!r} has section {member.section!r}; give a cable section (EA and "
+            "mass per length) or one of the beam sections with a material"
+        )
+
+
 def axial_properties(member: Member, s: Array, length: Array) -> tuple[Array, Array]:
     """EA [N] and mass per length [kg/m] of a member's section at arc lengths s (e, q)."""
     if hasattr(member.section, "axial"):
@@ -194,31 +203,18 @@ def _on_membrane(mesh: Mesh, cells: dict[str, IntArray], numbering: Numbering) -
 
 def _skin(parts: list[tuple[Array, IntArray, str, int]]) -> SkinPart:
     """Lines through STATIONS points of every element."""
-    xi = np.linspace(0.0, 1.0, STATIONS)
-    points, lines, rows, cols, values, start = [], [], [], [], [], 0
-    for x, dofs, kind, order in parts:
-        N = line_shapes(kind, order, xi)
-        e, m = dofs.shape[:2]
-        number = start + np.arange(e * STATIONS).reshape(e, STATIONS)
-        start += number.size
-        points.append((line_shapes(kind, 2 if kind == "line3" else 1, xi) @ x).reshape(-1, 3))
-        lines.append(np.stack([number[:, :-1], number[:, 1:]], axis=-1).reshape(-1, 2))
-        shape = (e, STATIONS, m, 3)
-        rows.append(np.broadcast_to(3 * number[:, :, None, None] + np.arange(3), shape).ravel())
-        cols.append(np.broadcast_to(dofs[:, None], shape).ravel())
-        values.append(np.broadcast_to(N[None, :, :, None], shape).ravel())
-    triplets = np.concatenate(rows), np.concatenate(cols), np.concatenate(values)
-    return SkinPart(np.concatenate(points), {"line": np.concatenate(lines)}, *triplets)
+    xi, first = np.linspace(0.0, 1.0, STATIONS), np.arange(STATIONS - 1)
+    drawn = [
+        (line_shapes(kind, 2 if kind == "line3" else 1, xi) @ x, dofs, line_shapes(kind, order, xi))
+        for x, dofs, kind, order in parts
+    ]
+    return interpolated_skin("line", np.stack([first, first + 1], axis=1), drawn)
 
 
 def _checked_options(options: dict[str, Any], member: Member) -> dict[str, Any]:
     """Return the options; ValueError for a section or values that the family cannot use."""
     where = f"tether on group {member.group!r}"
-    if not (hasattr(member.section, "axial") or hasattr(member.section, "resultants")):
-        raise ValueError(
-            f"{where} has section {member.section!r}; give a cable section (EA and mass per length) or one of the beam "
-            "sections with a material"
-        )
+    check_axial_section(member)
     if options["order"] is not None and options["order"] not in ORDERS:
         raise ValueError(f"{where} has order {options['order']!r}; it may be {ORDERS.start} to {ORDERS.stop - 1}")
     for name in ("prestress", "thermal_strain", "viscosity"):

@@ -24,7 +24,6 @@ and Q_i = int s s^T dm about the node. With z_A = a_A + G_A s, G_0 = 1 and G_k =
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from scipy import linalg, sparse
@@ -40,16 +39,6 @@ EXACT = 1e-9  # entry of the mass matrix that is not of the sum above, over the 
 HEAVY = 0.5  # part of a shape's elastic mass in the lumped one, above which that determines its directions
 PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 SKEW = np.cross(np.eye(3)[:, None], np.eye(3)[None])  # eps_cab: component b of e_c x e_a, and cyclic
-
-
-class Distribution(Protocol):
-    """An assumed distribution of the mass of a body; `exact` if its second moments are those of the matrix."""
-
-    @property
-    def exact(self) -> bool: ...
-
-    def moments(self, phi: Array) -> MassMoments:
-        """Mass moments, units as there, over the shapes phi (n_dof, n)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +66,7 @@ class NodalMass:
         return self.rest <= EXACT
 
     def moments(self, phi: Array) -> MassMoments:
-        """See Distribution, with its shapes and units; the sum of this file's heading."""
+        """Mass moments, units as there, over the shapes phi (n_dof, n); the sum of this file's heading."""
         a = self._translations(phi)
         ma = (self.scalar @ a.reshape(len(a), -1)).reshape(a.shape)
         first, second = self.of_rigid_masses(phi)
@@ -121,7 +110,7 @@ class PointMasses:
     exact: bool = False
 
     def moments(self, phi: Array) -> MassMoments:
-        """See Distribution, with its shapes and units."""
+        """See `NodalMass.moments`, with its shapes and units."""
         return point_moments(self.dm, self.rho, (self.rows @ phi).reshape(len(self.dm), 3, phi.shape[1]))
 
 
@@ -133,12 +122,15 @@ class KnownMoments:
     exact: bool = True
 
     def moments(self, phi: Array) -> MassMoments:
-        """See Distribution, with its shapes and units."""
+        """See `NodalMass.moments`, with its shapes and units."""
         k = phi.shape[1]
         X = np.zeros((len(phi) + 1, k + 1))
         X[0, 0], X[1:, 1:] = 1.0, phi
         second = np.einsum("iajb,ik,jl->kalb", self.of_dofs.second, X, X, optimize=True)
         return MassMoments(self.of_dofs.mass, X.T @ self.of_dofs.first, second)
+
+
+Distribution = NodalMass | PointMasses | KnownMoments  # an assumed one of the mass; `exact` if it is that of the matrix
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,7 +25,6 @@ def slow_loads(
     modes: ModeSet,
     directions: Sequence[str] = (),
     loads: Mapping[str, Sequence[str]] | None = None,
-    fastest: float = FASTEST,
     least: float = 0.0,
     linear: bool = False,
     others: Sequence[Array] = (),
@@ -35,7 +34,7 @@ def slow_loads(
     The residual x of a static response, outside the modes, has a frequency sqrt(x.K x / x.M x). For an axial load on a
     slender beam it is far above those of the modes: it would be the only stiff coordinate of the body. The forces at a
     group are treated as one space, of which the slow part is used, and so are moments and accelerations: the result
-    does not depend on the axes of the mesh. fastest: highest frequency over that of the set.
+    does not depend on the axes of the mesh.
     least: share of a load's static work that the set must lack for its shape to be added.
     others: further spaces of load vectors (n_dof, k).
     With many modes an axial load is not faster than that; unless strain is linear it is omitted where the derivatives
@@ -54,7 +53,7 @@ def slow_loads(
         stiffness, combinations = linalg.eigh(x.T @ (structure.K @ x), x.T @ (structure.M @ x))
         F, x = F @ combinations, x @ combinations
         modal_work = ((modes.phi.T @ F) ** 2 / over_mass(structure, modes)[:, None]).sum(axis=0)
-        is_kept = (stiffness < (fastest * highest) ** 2) & (stiffness > least * (stiffness + modal_work))
+        is_kept = (stiffness < (FASTEST * highest) ** 2) & (stiffness > least * (stiffness + modal_work))
         if not linear:
             is_kept &= ~is_second_order_response(structure, modes, x)
         slow.append(F[:, is_kept])

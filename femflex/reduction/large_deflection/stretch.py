@@ -36,14 +36,12 @@ class Stretching:
         return self.alone <= self.relaxed + STIFFER
 
 
-def stretching(
-    structure: Structure, modes: ModeSet, tensors: StrainTensors, deflection: float = DEFLECTION
-) -> Stretching:
-    """The Stretching of a set and its strain tensors at a deflection given as a part of the structure's size."""
+def stretching(structure: Structure, modes: ModeSet, tensors: StrainTensors) -> Stretching:
+    """The Stretching of a set and its strain tensors at DEFLECTION of the structure's size."""
     first = int(np.argmin(np.diag(tensors.V1)))
     size = float(np.linalg.norm(np.ptp(structure.mesh.points, axis=0)))
     displacement = np.linalg.norm((structure.translation @ modes.phi[:, first]).reshape(-1, 3), axis=1).max()
-    amount = deflection * size / displacement
+    amount = DEFLECTION * size / displacement
     lowest = modes.picked([first])
     pair = np.column_stack(
         [lowest.phi, _without_part_along(structure, lowest.phi, scaled_derivatives(structure, lowest))]
@@ -53,7 +51,7 @@ def stretching(
         relaxed_energy(energy_of, number, amount) / linear
         for energy_of, number in ((tensors, first), (strain_tensors(structure, pair), 0))
     )
-    return Stretching(deflection * size, *ratios)
+    return Stretching(DEFLECTION * size, *ratios)
 
 
 def require_stretch(structure: Structure, modes: ModeSet, tensors: StrainTensors) -> None:

@@ -9,15 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from femflex.arrays import Array
 from femflex.fem.connections.connection import skew
 from femflex.reduction.limits import CLEARLY_LARGER, LARGE_BUCKLED_DEFLECTION
+from femflex.reduction.static_buckling.elastic_structures import FIELD, BeamBuckling, ReducedBuckling, StructureBuckling
 
-FIELD = 12  # values of a field: b (3), then W by its columns (9)
 WRENCH = 6  # force and torque
 
 
@@ -33,7 +33,6 @@ class AppliedLoad:
     follows  whether the force turns with the marker, or keeps its direction
     n_constrained  number of components of the marker's motion that it constrains: 3 for translation, where the force is
              that of a loop; 6 for translation and rotation; 0 for none
-    inertia  (6, 6) of the bodies attached there, which move with the marker [kg, kg m, kg m^2]
     """
 
     name: str
@@ -43,7 +42,6 @@ class AppliedLoad:
     arm: Array = field(default_factory=lambda: np.zeros((1, 3)))
     follows: bool = False
     n_constrained: int = 0
-    inertia: Array = field(default_factory=lambda: np.zeros((6, 6)))
 
     def size(self, row: int) -> str:
         """Force and torque at an instant, in words."""
@@ -82,85 +80,26 @@ class BucklingResult:
     shares: tuple[float, ...]
 
 
-class BucklingModel(Protocol):
-    """Linear buckling analysis of a body."""
-
-    def worst_instant(self, loads: Sequence[AppliedLoad], shares_from: float = 0.0) -> BucklingResult:
-        """Largest load over buckling load of all loads together, over their instants.
-
-        shares_from: ratio above which the share of each load is computed.
-        """
-
-    def reduced_ratio(self, loads: Sequence[AppliedLoad], row: int) -> float:
-        """Load over buckling load in the reduced basis, at one instant; follower loads count as dead loads."""
-
-
 ROUNDING = 1e-7  # of mass x size x least omega^2, which is 12 EI / L^2 for a column: a smaller load is rounding
 SMALL_PATTERN = 1e-3  # of the largest load: patterns below it are neglected in selecting the instant
 PATTERNS, FEWER_PATTERNS = 6, 2  # largest number of patterns, and that for more than MANY_COORDINATES
 MANY_COORDINATES = 20_000  # coordinates above which each pattern costs a tenth of the modes
 
 
-class StaticStructure(Protocol):
-    """A structure, or a reduced body, in a static buckling analysis. Arrays over its n coordinates without supports."""
-
-    def has_marker(self, marker: str | None) -> bool:
-        """Whether loads at a marker, or over the whole body (None), can be applied."""
-
-    def loads(self, marker: str | None) -> Array:
-        """Generalised forces (n_load, 6) of unit force and torque at a marker, (n_load, 12) of unit fields."""
-
-    def marker_matrix(self, marker: str, A: Array) -> Any:
-        """R^T A R (n, n), R (6, n) the translation and rotation of a marker."""
-
-    def stress(self, load: Array) -> Any:
-        """K_sigma (n, n) [N/m, N, N m] of the static response to a load (n_load,)."""
-
-    def lowest(self, K_sigma: Any, constraint: Any | None) -> tuple[float, Array]:
-        """Lowest eigenvalue mu [1] of K_sigma x = mu (K + C) x and its shape x (n,), x.(K + C) x = 1; 0: not found.
-
-        K_sigma (n, n) [N/m, N, N m]. constraint: C, the `marker_matrix` of the fixed markers, taken as stiff.
-        """
-
-
-class ElasticStructure(StaticStructure, Protocol):
-    """The same, with the shapes that select the worst instant."""
-
-    def stress_in_basis(self, loads: Array) -> Array:
-        """`stress` of loads (n_load, k) in the shapes of the basis (k, m, m)."""
-
-    def largest_displacement(self, load: Array) -> float:
-        """Largest displacement [m] of the static response to a load (n_load,)."""
-
-    @property
-    def reduced(self) -> StaticStructure:
-        """The structure reduced to the shapes of its body."""
-
-    @property
-    def basis(self) -> Array:
-        """A few shapes (n, m) that select the worst instant."""
-
-    @property
-    def size(self) -> int:
-        """Number of coordinates n."""
-
-    @property
-    def scale(self) -> tuple[float, float]:
-        """Mass [kg] and size [m]."""
-
-    @property
-    def least_omega_squared(self) -> float:
-        """Least omega^2 of the basis [1/s^2]."""
+Statics = StructureBuckling | BeamBuckling | ReducedBuckling
 
 
 @dataclass(frozen=True, eq=False)
 class BucklingAnalysis:
-    """The BucklingModel of an elastic structure."""
+    """Linear buckling of a body under all its loads together."""
 
-    elastic: ElasticStructure
+    elastic: StructureBuckling | BeamBuckling
 
     def worst_instant(self, applied: Sequence[AppliedLoad], shares_from: float = 0.0) -> BucklingResult:
-        """See BucklingModel."""
+        """Largest load over buckling load of all loads together, over their instants.
+
+        shares_from: ratio above which the share of each load is computed.
+        """
         index = [k for k, load in enumerate(applied) if self.elastic.has_marker(load.marker) and _is_active(load)]
         active = [applied[k] for k in index]
         rows = self._rows(active) if active else []
@@ -172,7 +111,7 @@ class BucklingAnalysis:
         return BucklingResult(worst.ratio, worst.row, tuple(shares.tolist()))
 
     def reduced_ratio(self, applied: Sequence[AppliedLoad], row: int) -> float:
-        """See BucklingModel."""
+        """Load over buckling load in the reduced basis, at one instant; follower loads count as dead loads."""
         reduced = self.elastic.reduced
         active = [load for load in applied if reduced.has_marker(load.marker) and _is_active(load)]
         return max(0.0, -_lowest_eigenvalue(reduced, active, row)[0])
@@ -227,7 +166,7 @@ class BucklingAnalysis:
         )
 
 
-def _lowest_eigenvalue(structure: StaticStructure, applied: Sequence[AppliedLoad], row: int) -> tuple[float, Array]:
+def _lowest_eigenvalue(structure: Statics, applied: Sequence[AppliedLoad], row: int) -> tuple[float, Array]:
     """Lowest mu under the loads at an instant, and its shape."""
     constrained = _sum_at_markers(
         structure, applied, [np.diag(np.arange(6.0) < load.n_constrained) for load in applied]
@@ -235,19 +174,19 @@ def _lowest_eigenvalue(structure: StaticStructure, applied: Sequence[AppliedLoad
     return structure.lowest(_stiffness_change(structure, applied, row), constrained)
 
 
-def _stiffness_change(structure: StaticStructure, applied: Sequence[AppliedLoad], row: int) -> Any:
+def _stiffness_change(structure: Statics, applied: Sequence[AppliedLoad], row: int) -> Any:
     """Geometric and load stiffness of the loads at an instant."""
     stress = structure.stress(_load(structure, applied, row))
     load_stiffness = _sum_at_markers(structure, applied, [load.load_stiffness(row) for load in applied])
     return stress if load_stiffness is None else stress - load_stiffness
 
 
-def _load(structure: StaticStructure, applied: Sequence[AppliedLoad], row: int) -> Array:
+def _load(structure: Statics, applied: Sequence[AppliedLoad], row: int) -> Array:
     """Generalised forces (n_load,) of the loads at an instant."""
     return np.asarray(np.sum([structure.loads(load.marker) @ load.values[row] for load in applied], axis=0))
 
 
-def _sum_at_markers(structure: StaticStructure, applied: Sequence[AppliedLoad], blocks: Sequence[Array]) -> Any | None:
+def _sum_at_markers(structure: Statics, applied: Sequence[AppliedLoad], blocks: Sequence[Array]) -> Any | None:
     """Sum of matrices at the markers of the loads, (n, n); None for nothing."""
     total: Any | None = None
     for load, A in zip(applied, blocks, strict=True):

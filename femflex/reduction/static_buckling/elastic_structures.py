@@ -24,7 +24,6 @@ from femflex.reduction.inertia.accelerations import loads_of_linear_acceleration
 from femflex.reduction.large_deflection.response_states import largest_displacement
 from femflex.reduction.modes.buckling import roughly_lowest
 from femflex.reduction.modes.vibration import ModeSet
-from femflex.reduction.static_buckling.buckling_analysis import FIELD
 
 # Linear buckling in few coordinates, and moments of beams that buckle them laterally.
 #
@@ -37,6 +36,7 @@ from femflex.reduction.static_buckling.buckling_analysis import FIELD
 # several radians before it buckles.
 
 
+FIELD = 12  # values of a field: b (3), then W by its columns (9)
 STIFF = 1e3  # stiffness that fixes a marker, over the largest of a dof, or the sum of that of few coordinates
 ROUNDING = 1e-9  # magnitude of an eigenvalue below which it is zero
 
@@ -89,7 +89,7 @@ THIN_SECTION = 1e-4  # radius of gyration over length of a section without rotar
 
 @dataclass(frozen=True, eq=False)
 class BeamBuckling:
-    """A beam with enough functions, as an `ElasticStructure`.
+    """A beam with enough functions, with the interface of `StructureBuckling`.
 
     names: marker -> "root" or "tip"; reduced_basis: whether it has its own functions only
     """
@@ -111,7 +111,7 @@ class BeamBuckling:
 
     @property
     def reduced(self) -> BeamBuckling:
-        """See ElasticStructure."""
+        """See StructureBuckling."""
         return replace(self, reduced_basis=True)
 
     @cached_property
@@ -121,12 +121,12 @@ class BeamBuckling:
 
     @property
     def basis(self) -> Array:
-        """See ElasticStructure, with its shapes and units."""
+        """See StructureBuckling, with its shapes and units."""
         return np.diag(1.0 / np.sqrt(np.diag(self.K)))
 
     @property
     def size(self) -> int:
-        """See ElasticStructure."""
+        """See StructureBuckling."""
         return self.body.n_modes
 
     @cached_property
@@ -144,21 +144,21 @@ class BeamBuckling:
 
     @property
     def scale(self) -> tuple[float, float]:
-        """See ElasticStructure."""
+        """See StructureBuckling."""
         return self.body.moments.mass, self.beam.length
 
     @property
     def least_omega_squared(self) -> float:
-        """See ElasticStructure."""
+        """See StructureBuckling."""
         n = self.body.n_modes
         return float((np.diag(self.K) / np.diag(self.body.moments.elastic_mass())[:n]).min())
 
     def has_marker(self, marker: str | None) -> bool:
-        """See ElasticStructure."""
+        """See StructureBuckling."""
         return marker is None or marker in self.names
 
     def loads(self, marker: str | None) -> Array:
-        """See ElasticStructure, with its shapes and units."""
+        """See StructureBuckling, with its shapes and units."""
         moments = self.body.moments
         if marker is not None:
             end = self.body.markers[self.names[marker]]
@@ -167,30 +167,30 @@ class BeamBuckling:
         return -rows.reshape(-1, FIELD)
 
     def marker_matrix(self, marker: str, A: Array) -> Array:
-        """See ElasticStructure, with its shapes and units."""
+        """See StructureBuckling, with its shapes and units."""
         end, n = self.body.markers[self.names[marker]], self.body.n_modes
         R = np.vstack([end.phi, end.psi])[:, :n]
         return np.asarray(R.T @ A @ R)
 
     def stress(self, load: Array) -> Array:
-        """See ElasticStructure, with its shapes and units: 6 V2 d - f.A, with d = V1^-1 f and the load's work f.A on
+        """See StructureBuckling, with its shapes and units: 6 V2 d - f.A, with d = V1^-1 f and the load's work f.A on
         dependent shapes."""
         n = self.body.n_modes
         answer = self._lateral_shares * np.asarray(np.linalg.solve(self.K, load[:n]), float)
         return hessian(self.body.strain.V2, answer, 3) - np.tensordot(load[n:], self.body.slaves, axes=1)
 
     def stress_in_basis(self, loads: Array) -> Array:
-        """See ElasticStructure, with its shapes and units."""
+        """See StructureBuckling, with its shapes and units."""
         return np.stack([self.basis.T @ self.stress(load) @ self.basis for load in loads.T])
 
     def largest_displacement(self, load: Array) -> float:
-        """See ElasticStructure, with its shapes and units: of the ends, in addition to the rigid motions."""
+        """See StructureBuckling, with its shapes and units: of the ends, in addition to the rigid motions."""
         n = self.body.n_modes
         answer = np.linalg.solve(self.K, load[:n])
         return max(float(np.linalg.norm(marker.phi[:, :n] @ answer)) for marker in self.body.markers.values())
 
     def lowest(self, K_sigma: Array, constraint: Array | None) -> tuple[float, Array]:
-        """See ElasticStructure, with its shapes and units."""
+        """See StructureBuckling, with its shapes and units."""
         return lowest_of_few(K_sigma, self.K, constraint)
 
 
@@ -210,7 +210,10 @@ BASIS_SHAPES = 12  # shapes that select the worst instant
 
 @dataclass(frozen=True, eq=False)
 class StructureBuckling:
-    """The structure of a clamped set, as an `ElasticStructure`. groups: marker -> mesh group."""
+    """The structure of a clamped set in a static buckling analysis; arrays over its n coordinates without supports.
+
+    groups: marker -> mesh group
+    """
 
     structure: Structure
     modes: ModeSet
@@ -238,65 +241,68 @@ class StructureBuckling:
 
     @property
     def reduced(self) -> ReducedBuckling:
-        """See ElasticStructure."""
+        """The structure reduced to the shapes of its body."""
         return ReducedBuckling(self)
 
     @property
     def basis(self) -> Array:
-        """See ElasticStructure, with its shapes and units."""
+        """A few shapes (n, m) that select the worst instant."""
         phi = self.modes.phi[self.free, :BASIS_SHAPES]
         return np.asarray(phi / np.sqrt(np.einsum("ij,ij->j", phi, self.K @ phi)))
 
     @property
     def size(self) -> int:
-        """See ElasticStructure."""
+        """Number of coordinates n."""
         return len(self.free)
 
     @property
     def scale(self) -> tuple[float, float]:
-        """See ElasticStructure."""
+        """Mass [kg] and size [m]."""
         mass = sum(float(block.dm.sum()) for block in self.structure.inertia)
         return mass, float(np.linalg.norm(np.ptp(self.structure.mesh.points, axis=0)))
 
     @property
     def least_omega_squared(self) -> float:
-        """See ElasticStructure."""
+        """Least omega^2 of the basis [1/s^2]."""
         phi = self.basis
         return float(1.0 / np.einsum("ij,ij->j", phi, self.clamped.M @ phi).max())
 
     def has_marker(self, marker: str | None) -> bool:
-        """See ElasticStructure."""
+        """Whether loads at a marker, or over the whole body (None), can be applied."""
         return marker is None or marker in self.groups
 
     def loads(self, marker: str | None) -> Array:
-        """See ElasticStructure, with its shapes and units."""
+        """Generalised forces (n_load, 6) of unit force and torque at a marker, (n_load, 12) of unit fields."""
         if marker is None:
             return -loads_of_linear_accelerations(self.structure)
         rows = self._rows(marker)
         return np.asarray(sparse.vstack([rows.translation, rows.rotation]).toarray().T)
 
     def marker_matrix(self, marker: str, A: Array) -> sparse.csr_array:
-        """See ElasticStructure, with its shapes and units."""
+        """R^T A R (n, n), R (6, n) the translation and rotation of a marker."""
         marker_motion = self._rows(marker)
         R = sparse.vstack([marker_motion.translation, marker_motion.rotation]).tocsr()[:, self.free]
         return (R.T @ (sparse.csr_array(A) @ R)).tocsr()
 
     def stress(self, load: Array) -> sparse.csr_array:
-        """See ElasticStructure, with its shapes and units."""
+        """K_sigma (n, n) [N/m, N, N m] of the static response to a load (n_load,)."""
         return self.elastic_force.geometric_stiffness(self._static_response(load))[self.free][:, self.free]
 
     def stress_in_basis(self, loads: Array) -> Array:
-        """See ElasticStructure, with its shapes and units."""
+        """`stress` of loads (n_load, k) in the shapes of the basis (k, m, m)."""
         shapes = np.zeros((self.structure.n_dof, self.basis.shape[1]))
         shapes[self.free] = self.basis
         return self.elastic_force.work_of_stress(self._static_response(loads), shapes)
 
     def largest_displacement(self, load: Array) -> float:
-        """See ElasticStructure, with its shapes and units."""
+        """Largest displacement [m] of the static response to a load (n_load,)."""
         return largest_displacement(self.structure, self._static_response(load))
 
     def lowest(self, K_sigma: sparse.csr_array, constraint: sparse.csr_array | None) -> tuple[float, Array]:
-        """See ElasticStructure, with its shapes and units."""
+        """Lowest eigenvalue mu [1] of K_sigma x = mu (K + C) x and its shape x (n,), x.(K + C) x = 1; 0: not found.
+
+        K_sigma (n, n) [N/m, N, N m]. constraint: C, the `marker_matrix` of the fixed markers, taken as stiff.
+        """
         try:
             K = self.K if constraint is None else (self.K + STIFF * self.K.diagonal().max() * constraint).tocsr()
             mu, x = roughly_lowest(K_sigma, K, self.clamped.factors if constraint is None else factorise(K))
@@ -314,7 +320,7 @@ class StructureBuckling:
 
 @dataclass(frozen=True, eq=False)
 class ReducedBuckling:
-    """The structure reduced to the shapes of its set, as a `StaticStructure`.
+    """The structure reduced to the shapes of its set, with the interface of `StructureBuckling`.
 
     A dependent derivative carries load like one that is a coordinate: phi_i.K_sigma(x) phi_k = -theta_ik.f for a static
     response x = K^-1 f, which is the work of the load on the dependent shapes.
@@ -329,23 +335,23 @@ class ReducedBuckling:
         return np.asarray(phi.T @ (self.full.K @ phi))
 
     def has_marker(self, marker: str | None) -> bool:
-        """See StaticStructure."""
+        """See StructureBuckling."""
         return self.full.has_marker(marker)
 
     def loads(self, marker: str | None) -> Array:
-        """See StaticStructure, with its shapes and units."""
+        """See StructureBuckling, with its shapes and units."""
         return np.asarray(self.full.modes.phi.T @ self.full.loads(marker))
 
     def marker_matrix(self, marker: str, A: Array) -> Array:
-        """See StaticStructure, with its shapes and units."""
+        """See StructureBuckling, with its shapes and units."""
         phi = self.full.modes.phi[self.full.free]
         return np.asarray(phi.T @ (self.full.marker_matrix(marker, A) @ phi))
 
     def stress(self, load: Array) -> Array:
-        """See StaticStructure, with its shapes and units."""
+        """See StructureBuckling, with its shapes and units."""
         phi = self.full.modes.phi
         return self.full.elastic_force.work_of_stress(phi @ np.linalg.solve(self.K, load[:, None]), phi)[0]
 
     def lowest(self, K_sigma: Array, constraint: Array | None) -> tuple[float, Array]:
-        """See StaticStructure, with its shapes and units."""
+        """See StructureBuckling, with its shapes and units."""
         return lowest_of_few(K_sigma, self.K, constraint)
