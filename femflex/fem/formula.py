@@ -1,47 +1,36 @@
-"""Formulas of the arc length: they are parsed into a list of operations of known arity, and evaluated by these only."""
+"""Formulas of the arc length or of positions: of their syntax tree only arithmetic is evaluated."""
 
 from __future__ import annotations
 
 import ast
+import operator
 import warnings
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from femflex.arrays import Array
 
-Operation = Callable[..., Any]
-
 LONGEST = 2000  # characters; longer input must be a table
-NAMES = ("s", "L", "pi")
-OPERATORS: dict[type[ast.operator] | type[ast.unaryop], Operation] = {
-    ast.Add: lambda a, b: a + b,
-    ast.Sub: lambda a, b: a - b,
-    ast.Mult: lambda a, b: a * b,
-    ast.Div: lambda a, b: a / b,
-    ast.Pow: lambda a, b: a**b,
-    ast.USub: lambda a: -a,
-    ast.UAdd: lambda a: a,
+OPERATORS: dict[type[ast.operator] | type[ast.unaryop], Callable[..., Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Pow: operator.pow,
+    ast.USub: operator.neg,
+    ast.UAdd: operator.pos,
 }
-OF_ONE: dict[str, Operation] = {
+OF_ONE: dict[str, Callable[..., Any]] = {
     name: getattr(np, name)
     for name in ("sin", "cos", "tan", "sinh", "cosh", "tanh", "arctan", "sqrt", "exp", "log", "abs")
 }
-OF_SEVERAL: dict[str, Operation] = {  # two or more
+OF_SEVERAL: dict[str, Callable[..., Any]] = {  # two or more
     "min": lambda *values: np.minimum.reduce(np.broadcast_arrays(*values)),
     "max": lambda *values: np.maximum.reduce(np.broadcast_arrays(*values)),
 }
-
-
-@dataclass(frozen=True)
-class Step:
-    """One operation on the last `arity` values; `node` is the part of the formula that it evaluates."""
-
-    node: ast.expr
-    operation: Operation
-    arity: int
 
 
 def formula(text: str, s: Array, length: Array | float) -> Array:
@@ -64,72 +53,58 @@ def formula_of_position(text: str, x: Array) -> Array:
 def evaluate_formula(text: str, names: Mapping[str, Any]) -> Array:
     """Value of an arithmetic formula of these names, in the shape of the first of them and the unit that the formula
     gives."""
-    shape = np.shape(next(iter(names.values())))
-    values: list[Any] = []
-    with np.errstate(all="ignore"):  # values that are not finite are reported below
-        for step in _steps(text, tuple(names)):
-            first = len(values) - step.arity
-            value = np.asarray(step.operation(names, *values[first:]), float)
-            _check_finite(text, step.node, value, names, shape)
-            values[first:] = [value]
-    return np.array(np.broadcast_to(values[0], shape))
-
-
-def _steps(text: str, names: tuple[str, ...] = NAMES) -> list[Step]:
-    """The operations of a formula, each after those of its operands; without recursion, however deep it nests."""
-    steps: list[Step] = []
-    nodes: list[ast.expr] = [_tree(text)]
-    while nodes:
-        node = nodes.pop()
-        operation, operands = _operation(node, text, names)
-        steps.append(Step(node, operation, len(operands)))
-        nodes += operands
-    return steps[::-1]
-
-
-def _tree(text: str) -> ast.expr:
     if len(text) > LONGEST:
         raise ValueError(
             f"formula {_quoted(text)} has {len(text)} characters; at most {LONGEST} are read. Give a table instead."
         )
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), np.errstate(all="ignore"):  # values that are not finite are reported
             warnings.simplefilter("ignore")  # warnings about Python's grammar
-            return ast.parse(text.strip(), mode="eval").body
+            tree = ast.parse(text.strip(), mode="eval").body
+            return np.array(np.broadcast_to(_value(tree, text, names), _shape(names)))
     except (RecursionError, MemoryError):
         raise ValueError(f"formula {_quoted(text)} nests too deeply; write it with fewer parentheses.") from None
     except SyntaxError as error:
         position = f" at character {error.offset}" if error.offset else ""
         raise ValueError(f"formula {_quoted(text)} cannot be read: {error.msg}{position}") from None
-    except ValueError as error:  # a null character
-        raise ValueError(f"formula {_quoted(text)} cannot be read: {error}") from None
 
 
-def _operation(node: ast.expr, text: str, allowed: tuple[str, ...]) -> tuple[Operation, list[ast.expr]]:
-    """Return the function that a node applies to the values of its operands, and the operands; the first argument of
-    the function is the dictionary of names."""
+def _shape(names: Mapping[str, Any]) -> tuple[int, ...]:
+    return np.shape(next(iter(names.values())))
+
+
+def _value(node: ast.expr, text: str, names: Mapping[str, Any]) -> Array:
+    """The value of a part of a formula."""
+    operands: Sequence[ast.expr] = ()
     match node:
-        case ast.Constant(value=bool()):
-            pass
-        case ast.Constant(value=int() | float() as number):
-            return lambda names: _float(number), []
-        case ast.Name(id=name) if name in allowed:
-            return lambda names: names[name], []
+        case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
+            operation: Callable[..., Any] = partial(_float, number)
+        case ast.Name(id=name) if name in names:
+            operation = partial(names.__getitem__, name)
         case ast.UnaryOp(op=op, operand=operand) if type(op) in OPERATORS:
-            return _without_names(OPERATORS[type(op)]), [operand]
+            operation, operands = OPERATORS[type(op)], [operand]
         case ast.BinOp(left=left, op=op, right=right) if type(op) in OPERATORS:
-            return _without_names(OPERATORS[type(op)]), [left, right]
-        case ast.Call(func=ast.Name(id=name), args=args, keywords=[]) if name in OF_ONE or name in OF_SEVERAL:
-            _check_arity(name, len(args), text)
-            return _without_names(OF_ONE[name] if name in OF_ONE else OF_SEVERAL[name]), args
-    raise ValueError(
-        f"formula {_quoted(text)} holds {_source_text(text, node)}; it may use the names {sorted(allowed)}, numbers, "
-        f"+ - * / ** and {', '.join([*OF_ONE, *OF_SEVERAL])}"
-    )
-
-
-def _without_names(operation: Operation) -> Operation:
-    return lambda names, *values: operation(*values)
+            operation, operands = OPERATORS[type(op)], [left, right]
+        case ast.Call(func=ast.Name(id=name), args=operands, keywords=[]) if name in {**OF_ONE, **OF_SEVERAL}:
+            operation, least = (
+                (OF_ONE[name], "1 argument") if name in OF_ONE else (OF_SEVERAL[name], "2 arguments or more")
+            )
+            if len(operands) < 2 if name in OF_SEVERAL else len(operands) != 1:
+                raise ValueError(f"formula {_quoted(text)}: {name} takes {least}; found {len(operands)}")
+        case _:
+            raise ValueError(
+                f"formula {_quoted(text)} holds {_source_text(text, node)}; it may use the names {sorted(names)}, "
+                f"numbers, + - * / ** and {', '.join([*OF_ONE, *OF_SEVERAL])}"
+            )
+    value = np.asarray(operation(*(_value(operand, text, names) for operand in operands)), float)
+    bad = np.broadcast_to(~np.isfinite(value), shape := _shape(names))
+    if bad.any():
+        where = ", ".join(f"{key} = {x[bad].flat[0]:.6g} m" for key, x in names.items() if np.shape(x) == shape)
+        raise ValueError(
+            f"formula {_quoted(text)}: {_source_text(text, node)} is {np.broadcast_to(value, shape)[bad].flat[0]} at "
+            f"{where}; it must be finite along the whole member"
+        )
+    return value
 
 
 def _float(number: float) -> float:
@@ -137,26 +112,6 @@ def _float(number: float) -> float:
         return float(number)
     except OverflowError:  # a whole number above 1.8e308
         return np.inf
-
-
-def _check_arity(name: str, count: int, text: str) -> None:
-    if name in OF_ONE and count != 1:
-        raise ValueError(f"formula {_quoted(text)}: {name} takes 1 argument; found {count}")
-    if name in OF_SEVERAL and count < 2:
-        raise ValueError(f"formula {_quoted(text)}: {name} takes 2 arguments or more; found {count}")
-
-
-def _check_finite(text: str, node: ast.expr, found: Array, names: Mapping[str, Any], shape: tuple[int, ...]) -> None:
-    bad = np.broadcast_to(~np.isfinite(found), shape)
-    if bad.any():
-        bad_value = np.broadcast_to(found, shape)[bad].flat[0]
-        where = ", ".join(
-            f"{key} = {value[bad].flat[0]:.6g} m" for key, value in names.items() if np.shape(value) == shape
-        )
-        raise ValueError(
-            f"formula {_quoted(text)}: {_source_text(text, node)} is {bad_value} at {where}; it must be finite along "
-            "the whole member"
-        )
 
 
 def _source_text(text: str, node: ast.expr) -> str:

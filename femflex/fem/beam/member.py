@@ -74,29 +74,9 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     eps = u' + (u'^2 + v'^2 + w'^2)/2 + (I_p/2A) theta'^2 (THEORY section 3), and curvature and twist that couple
     bending in two planes with torsion, to second order (`femflex.fem.beam.strain`).
 
-    Options
-    order           3 ... 8, order of the bending fields (3)
-    axial_order     of the axial field, if not 2 order - 1; below it a bent element locks under nonlinear strain
-    torsion_order   of the torsional field, if not max(2, order - 1)
-    orientation     (3,) vector near the section's y axis; without it the default of chain.element_frames is reported
-                    where the section has axes, and warned of where elements run along the mesh's z axis
-    rotary_inertia  True; False leaves out the section's rotary inertia in bending, as the classical closed forms
-                    beta L do, and in rotations of the whole body; that in torsion stays, the same about all
-                    transverse axes (no propeller moment)
-    start           point group where the arc length s begins; see chain.arc_length for the default
-    extent          length of the line the group is a part of [m], if it is one: it decides on shear
-    bounded_energy  True: bending with twist loses no more energy than that of the inscribed round section, so that
-                    the energy is bounded where flat sections bend far about their weak axis; exact to fourth order
-                    for round sections only (None: False; a case that sets or selects nonlinear strain has True)
-    shear           True: Timoshenko, each element with shear strains of order - 2 terms (None: where offset or
-                    shear_centre is given, or the section has a full stiffness)
-    offset          (2,) y and z of the centroid from the node line [m]
-    shear_centre    (2,) y and z of the shear centre from the centroid [m]
-    mass_centre     (2,) y and z of the mass centre from the centroid [m]
-    release         components of "x" ... "rz" along the element's axes that elements do not pass on at the nodes of
-    release_at      this point group (hinges, slides)
-    prestress       initial axial force, tension positive [N] (0)
-    thermal_strain  free axial strain (0)
+    Without an orientation the axes of `chain.element_frames` are reported, and warned of where elements run along the
+    mesh's z axis. Without rotary inertia in bending, rotations of the whole body have none either; that in torsion
+    stays, the same about all transverse axes (no propeller moment).
 
     Mesh advice: the relative error of a bending frequency is (beta h)^4 / 1440 at order 3, h the element length and
     beta = (m' omega^2 / EI)^(1/4). The default order needs beta h < 0.19 for 1e-6: 10 elements for the first mode

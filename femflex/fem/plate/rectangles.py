@@ -43,9 +43,6 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
 
     section   PlateSection, or a thickness [m] with a material; its transverse shear stiffness is not used
     material  Material, with a thickness only
-    options   axis            (3,) direction in the mesh's axes of the section's x axis, projected onto the plates
-              prestress       (Nx, Ny, Nxy) initial membrane forces in the section's axes [N/m]
-              thermal_strain  free strain, a number or (xx, yy, xy) in the section's axes
 
     Mesh: frequencies converge with the fourth power of the size; four sides to the shortest half wave give 2e-4 for
     smooth modes, the corners of a clamp converge more slowly (a square cantilever: 4e-4 with 8 sides). At a fold the

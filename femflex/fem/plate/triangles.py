@@ -39,10 +39,6 @@ def plate(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
 
     section   PlateSection, or a thickness [m] with a material
     material  Material, with a thickness only
-    options   element         "dkmt" (any thickness, default) or "dkt" (thin: no transverse shear)
-              axis            (3,) direction in the mesh's axes of the section's x axis, projected onto the plates
-              prestress       (Nx, Ny, Nxy) initial membrane forces in the section's axes [N/m]
-              thermal_strain  free strain, a number or (xx, yy, xy) in the section's axes
 
     DKMT is the default because it is correct for any thickness: it needs no choice, it includes the shear of sandwich
     cores, and on thin plates it equals DKT to rounding. Choose "dkt" to compare with thin-plate theory on meshes as

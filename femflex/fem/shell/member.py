@@ -85,16 +85,6 @@ def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
 
     section   PlateSection, or a thickness [m] with a material
     material  Material, with a thickness only
-    options   surface         formula of x, y and z that is zero on the surface: nodes are moved onto it; its normals
-                              are used in place of those of the elements (`femflex.fem.shell.surface`)
-              axis            (3,) direction in the mesh's axes of the section's x axis, projected onto the surface
-              prestress       (Nx, Ny, Nxy) initial membrane forces in the section's axes [N/m]
-              thermal_strain  free strain, a number or (xx, yy, xy) in the section's axes
-              offset          height of the section's middle above the nodes, along the elements' normals [m]
-              angle           from axis to the section's x axis, about the normal [rad]
-              thickness       in place of the section's [m]; density, of the section [kg/m^3]
-              extra_mass      non-structural mass per area in addition to the section's [kg/m^2]
-              fold_angle      angle between neighbouring elements above which their common edge is a fold [rad]
 
     angle, thickness, density and extra_mass may be fields, axis three formulas (`femflex.fem.shell.variable`).
 

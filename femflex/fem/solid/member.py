@@ -122,13 +122,6 @@ def solid(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
 
     section   none
     material  Material, Orthotropic or Anisotropic
-    options   order           2 raises cells of first order to second order, 1 uses them as they are, hexahedra with
-                              incompatible modes; left out: 2, but 1 for hexahedra of more than LARGE nodes
-              integration     "full" (default); "reduced": eight points of strain in hexahedra of 20 nodes, which do
-                              not lock in thin curved shells then; rows of single elements move without stiffness
-              axes            (6,) directions of the material's axes 1 and 2, mesh axes
-              prestress       (6,) initial stress xx, yy, zz, yz, xz, xy, mesh axes [N/m^2]
-              thermal_strain  free strain in all directions
 
     Mesh: cells of second order with one layer through the thickness bend without locking; see the table of MacNeal
     and Harder's problems in docs/howto/elements.md. Raises ValueError without a material, with a section, or when an

@@ -51,12 +51,6 @@ def membrane(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     the same triangles share all displacements of the edges.
 
     section   PlateSection, or a thickness [m] with a material; its bending stiffness has no part
-    options   axis            (3,) direction in the mesh's axes of the section's x axis, projected onto the membrane
-              prestress       initial stress resultant [N/m], one for all directions, or (xx, yy, xy) in the section's
-                              axes (0)
-              thermal_strain  free strain, a number or (xx, yy, xy) in the section's axes
-              viscosity       internal damping time of Kelvin and Voigt [s] (0)
-
     Mesh: the relative error of a frequency is about (h / half wavelength)^4 / 7 on squares of side h cut in two.
     """
     options = member_options(member)

@@ -52,13 +52,7 @@ def tether(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     Without tension a tether has no stiffness across itself. Give it `prestress` between supports, or find its tension
     by static equilibrium under weight, spin or gravity gradient (`femflex.reduction.static_equilibrium`).
 
-    Options
-    order           1 ... 8, order of the displacements (4; 2 for a member that lies along edges of membranes, which it
-                    then shares all displacements with)
-    prestress       initial tension [N] (0)
-    thermal_strain  free axial strain (0)
-    viscosity       internal damping time tau of Kelvin and Voigt, tension EA (eps + tau d eps/dt) [s] (0)
-    start           point group where the arc length s begins; see chain.arc_length for the default
+    A member that lies along edges of membranes has order 2 by default, and shares all displacements with them.
 
     Mesh advice: order 4 gives the frequency of a mode with m elements in a half wave to about (0.7 / m)^8.
     """
