@@ -8,6 +8,9 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
+import numpy as np
+
+from femflex.arrays import Array
 from femflex.warning import PhysicsWarning
 
 LINEAR_HINT = " (set strain = 'linear' for linear strain)"
@@ -48,6 +51,19 @@ class Advice:
     def data(self) -> dict[str, Any]:
         """The advice as a dict that JSON can hold, for result files and `--json`."""
         return {key: value for key, value in asdict(self).items() if key != "category"}
+
+
+class WorstRow:
+    """The row of a run in which a measure is largest so far: this measure, and other values there."""
+
+    def __init__(self) -> None:
+        self.measure, self.values = -np.inf, dict[str, Any]()
+
+    def record(self, measure: Array, **values: Any) -> None:
+        """Compare the measures (n_t,) of a block of rows; values: an array (n_t, ...) of each, or the same for all."""
+        if len(measure) and measure[row := int(np.argmax(measure))] > self.measure:
+            self.measure = float(measure[row])
+            self.values = {key: value[row] if isinstance(value, np.ndarray) else value for key, value in values.items()}
 
 
 def doubt(body: str, decision: str, reason: str, value: float | None = None, limit: float | None = None) -> Advice:

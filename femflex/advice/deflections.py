@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from femflex.advice.advice import Advice, doubt
+from femflex.advice.advice import Advice, WorstRow, doubt
 from femflex.advice.bodies import BodyOrigins
 from femflex.advice.limits import (
     BLOCK_NUMBERS,
@@ -174,15 +173,6 @@ def _point_shapes(body: FlexibleBody) -> tuple[Array, float]:
 # error of its stiffness is c b^2 with c = L / 2 r.
 
 
-@dataclass(frozen=True)
-class SpinningDeflection:
-    """A deflection at an instant: over the body's size, with the rate [rad/s] and the estimated relative error."""
-
-    bend: float
-    rate: float
-    error: float
-
-
 class SpinningDeflectionWatch:
     """Watches bodies with condensed strain for deflections under spin, and warns of their estimated error."""
 
@@ -194,7 +184,7 @@ class SpinningDeflectionWatch:
         ]
         attached = {watch.name: attached_masses(system, watch.name) for watch in self._watches}
         self._first = {name: lowest_frequency(system.bodies[name], masses) for name, masses in attached.items()}
-        self._worst: dict[str, SpinningDeflection] = {}
+        self._spun = {watch.name: WorstRow() for watch in self._watches}
 
     def watch(self, times: Array, states: Array, channels: Mapping[str, Array]) -> None:
         """Record the largest error over a block of states (n_t, n_x) [SI] and its channels (n_t, ...)."""
@@ -205,9 +195,7 @@ class SpinningDeflectionWatch:
                 continue
             bend = body.relative_displacements(states[rows])
             error = self._error_coefficient(body, rate[rows], rows, channels) * bend**2
-            k = int(error.argmax())
-            if body.name not in self._worst or error[k] > self._worst[body.name].error:
-                self._worst[body.name] = SpinningDeflection(float(bend[k]), float(rate[rows[k]]), float(error[k]))
+            self._spun[body.name].record(error, bend=bend, rate=rate[rows])
 
     def _error_coefficient(
         self, body: DeflectionWatch, rate: Array, rows: IntArray, channels: Mapping[str, Array]
@@ -228,16 +216,17 @@ class SpinningDeflectionWatch:
 
     def doubts(self) -> Iterator[Advice]:
         """Warnings of bodies whose deflection has an estimated error above SPINNING_ERROR."""
-        for name, worst in self._worst.items():
-            if worst.error > SPINNING_ERROR:
-                ratio = float(_rate_ratio(np.array(worst.rate), self._first[name]))
+        for name, worst in self._spun.items():
+            if (error := worst.measure) > SPINNING_ERROR:
+                bend, rate = worst.values["bend"], worst.values["rate"]
+                ratio = float(_rate_ratio(np.array(rate), self._first[name]))
                 times = f"{ratio:.2g} times" if ratio < FAST_RATIO else f"over {FAST_RATIO:g} times"
                 text = (
-                    f"body {name!r}, bent by {worst.bend:.0%} of its size, turned at {worst.rate:.4g} rad/s, "
+                    f"body {name!r}, bent by {bend:.0%} of its size, turned at {rate:.4g} rad/s, "
                     f"{times} its first frequency. Condensed strain is of second order in bends: the bend is "
-                    f"up to about {worst.error:.1%} off (limit {SPINNING_ERROR:.0%}). {self._remedy(name)}"
+                    f"up to about {error:.1%} off (limit {SPINNING_ERROR:.0%}). {self._remedy(name)}"
                 )
-                yield doubt(name, "bend", text, worst.error, SPINNING_ERROR)
+                yield doubt(name, "bend", text, error, SPINNING_ERROR)
 
     def _remedy(self, name: str) -> str:
         table = self._system.varying[name].write if name in self._system.varying else None

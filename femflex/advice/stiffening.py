@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.linalg import eigh
 
-from femflex.advice.advice import Advice, doubt
+from femflex.advice.advice import Advice, WorstRow, doubt
 from femflex.advice.bodies import BodyOrigins
 from femflex.advice.limits import FREQUENCY_CHANGE, SPIN_SHARE, division_remedy
 from femflex.arrays import Array
@@ -144,15 +144,6 @@ def axial_forces(system: System, name: str, foreshortening: Foreshortening) -> l
     ]
 
 
-@dataclass(frozen=True)
-class LargestGain:
-    """Extreme ratio of omitted to elastic stiffness of a lowest shape, with the spin [rad/s] and the body's name."""
-
-    gain: float
-    spin: float
-    body: str
-
-
 class StiffeningWatch:
     """Watches the omitted stiffness of bodies with linear strain along a run, and warns of it."""
 
@@ -162,52 +153,43 @@ class StiffeningWatch:
         self._omitted = OmittedStiffness(system)
         whole = {piece: whole for whole, pieces in system.segments.items() for piece in pieces}
         self._whole = {name: whole.get(name, name) for name in self._omitted.bodies}
-        self._most: dict[str, LargestGain] = {}
-        self._least: dict[str, LargestGain] = {}
+        self._most, self._least = ({name: WorstRow() for name in self._whole.values()} for _ in range(2))
 
     def watch(self, times: Array, states: Array, channels: Mapping[str, Array]) -> None:
         """Record the largest and smallest gains over a block of rows (n_t, ...)."""
         for name, gain in self._omitted.gains(channels).items():
-            self._record(name, gain, np.linalg.norm(body_rate(channels, name), axis=1))
-
-    def _record(self, name: str, gain: Array, spin: Array) -> None:
-        whole = self._whole[name]
-        high, low = int(np.argmax(gain)), int(np.argmin(gain))
-        if whole not in self._most or gain[high] > self._most[whole].gain:
-            self._most[whole] = LargestGain(float(gain[high]), float(spin[high]), name)
-        if whole not in self._least or gain[low] < self._least[whole].gain:
-            self._least[whole] = LargestGain(float(gain[low]), float(spin[low]), name)
+            spin = np.linalg.norm(body_rate(channels, name), axis=1)
+            self._most[self._whole[name]].record(gain, spin=spin, body=name)
+            self._least[self._whole[name]].record(-gain, body=name)
 
     def doubts(self) -> Iterator[Advice]:
         """Warnings of bodies whose first frequency would change by more than FREQUENCY_CHANGE."""
         for whole, largest in self._most.items():
-            raised = float(np.sqrt(1.0 + max(largest.gain, 0.0)) - 1.0)
+            raised = float(np.sqrt(1.0 + max(largest.measure, 0.0)) - 1.0)
             if raised > FREQUENCY_CHANGE:
-                cut = whole in self._system.segments
-                text = self._segment_text(whole, largest.body) if cut else self._body_text(largest.body, raised)
-                spins = self._is_spin_stiffened(largest)
-                cause = f"{self._verb} {largest.spin:.4g} rad/s" if spins else "is stretched by loads or weight"
+                cut, body, spin = whole in self._system.segments, largest.values["body"], largest.values["spin"]
+                text = self._segment_text(whole, body) if cut else self._body_text(body, raised)
+                spins = self._is_spin_stiffened(body, spin, largest.measure)
+                cause = f"{self._verb} {spin:.4g} rad/s" if spins else "is stretched by loads or weight"
                 text = f"body {whole!r} {cause}: a stiffening of {raised:.0%} of {text}"
                 yield doubt(whole, "stretch", text, raised, FREQUENCY_CHANGE)
         for whole, smallest in self._least.items():
-            remaining = float(np.sqrt(max(1.0 + smallest.gain, 0.0)))
+            remaining = float(np.sqrt(max(1.0 - smallest.measure, 0.0)))
             if remaining < 1.0 - FREQUENCY_CHANGE and whole not in self._system.segments:
-                text = (
-                    f"body {whole!r} was compressed, by loads or inertia, {self._softening_text(smallest, remaining)}"
-                )
+                effect = self._softening_text(smallest.values["body"], smallest.measure, remaining)
+                text = f"body {whole!r} was compressed, by loads or inertia, {effect}"
                 yield doubt(whole, "stretch", text, 1.0 - remaining, FREQUENCY_CHANGE)
 
-    def _is_spin_stiffened(self, largest: LargestGain) -> bool:
+    def _is_spin_stiffened(self, name: str, spin: float, gain: float) -> bool:
         """Whether the spin of a body is the cause of its stiffening, rather than loads or weight along it."""
-        body = self._system.bodies[largest.body]
-        return (largest.spin / lowest_frequency(body, {})) ** 2 > SPIN_SHARE * largest.gain
+        return bool((spin / lowest_frequency(self._system.bodies[name], {})) ** 2 > SPIN_SHARE * gain)
 
-    def _softening_text(self, smallest: LargestGain, remaining: float) -> str:
+    def _softening_text(self, name: str, load: float, remaining: float) -> str:
         """Text on a body whose first frequency is `remaining` times that with linear strain."""
-        name, division = smallest.body, division_remedy(self._system.bodies[smallest.body])
+        division = division_remedy(self._system.bodies[name])
         remedy = f"which linear strain leaves out. {self._remedy(name)}, or {division}."
         if remaining == 0.0:
-            return f"up to {-smallest.gain:.3g} of its first buckling load, {remedy}"
+            return f"up to {load:.3g} of its first buckling load, {remedy}"
         frequency = self._frequency_text(name, remaining)
         return f"so that its first frequency{frequency} falls by {1.0 - remaining:.0%}, {remedy}"
 

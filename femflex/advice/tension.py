@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from femflex.advice.advice import Advice, doubt
+from femflex.advice.advice import Advice, WorstRow, doubt
 from femflex.advice.bodies import BodyOrigins
 from femflex.advice.limits import SLACK, WATCHED_ELEMENTS
 from femflex.advice.stiffening import OmittedStiffness
@@ -52,15 +52,6 @@ class WatchedMember:
     stiffnesses: tuple[OmittedStiffness, ...]
 
 
-@dataclass(frozen=True)
-class LowestTension:
-    """Lowest tension of a member so far, with its time and position."""
-
-    value: float
-    time: float
-    position: tuple[float, float, float]
-
-
 class TensionWatch:
     """Watches the tension of tethers and membranes, row by row, and warns where it falls below zero."""
 
@@ -69,17 +60,13 @@ class TensionWatch:
         self._members = [
             member for name in model.system.order for member in _watched_members(model.system, name, origins)
         ]
-        self._least: dict[int, LowestTension] = {}
+        self._least = [WorstRow() for _ in self._members]
 
     def watch(self, times: Array, states: Array, channels: Mapping[str, Array]) -> None:
         """Record the lowest tension over a block of rows (n_t, ...)."""
-        for number, member in enumerate(self._members):
+        for member, least in zip(self._members, self._least, strict=True):
             tension = self.tension(member, channels)
-            row, element = np.unravel_index(int(np.argmin(tension)), tension.shape)
-            x, y, z = (float(c) for c in member.places[element])
-            tension_here = LowestTension(float(tension[row, element]), float(times[row]), (x, y, z))
-            if number not in self._least or tension_here.value < self._least[number].value:
-                self._least[number] = tension_here
+            least.record(-tension.min(axis=1), time=times, position=member.places[tension.argmin(axis=1)])
 
     def tension(self, member: WatchedMember, channels: Mapping[str, Array]) -> Array:
         """Tension [N], or lowest principal stress resultant [N/m], of watched elements along rows: (t, k)."""
@@ -93,19 +80,18 @@ class TensionWatch:
 
     def doubts(self) -> Iterator[Advice]:
         """Warnings of members whose tension fell below zero, with time, position and value."""
-        for number, lowest in self._least.items():
-            member = self._members[number]
+        for member, lowest in zip(self._members, self._least, strict=True):
             s, limit = len(member.block.linear_map), SLACK * float(np.abs(member.block.stress).max())
-            if lowest.value < -limit:
-                state = "slack" if s == 1 else "wrinkled"
-                position = ", ".join(f"{c:.4g}" for c in lowest.position)
+            if lowest.measure > limit:
+                time, state = lowest.values["time"], "slack" if s == 1 else "wrinkled"
+                position = ", ".join(f"{c:.4g}" for c in lowest.values["position"])
                 text = (
                     f"body {member.body!r}: its {member.block.family} on group {member.block.group!r} went {state} at "
-                    f"t = {lowest.time:.6g} s near ({position}): its {PRINCIPAL[s]} falls to {lowest.value:.4g} "
+                    f"t = {time:.6g} s near ({position}): its {PRINCIPAL[s]} falls to {-lowest.measure:.4g} "
                     f"{UNITS[s]}, below zero, and the model carries that compression. Raise the tension, or lower the "
                     "load against it"
                 )
-                yield doubt(member.body, "compression", text, lowest.value, limit)
+                yield doubt(member.body, "compression", text, -lowest.measure, limit)
 
 
 def _watched_members(system: System, name: str, origins: BodyOrigins) -> list[WatchedMember]:
