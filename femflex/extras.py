@@ -7,7 +7,6 @@ from importlib.util import find_spec
 
 PACKAGES: Mapping[str, tuple[str, ...]] = {  # extra -> what it brings, by the names of import
     "view": ("pyvista", "vtkmodules", "matplotlib", "PIL", "av"),
-    "ansys": ("mapdl_archive", "vtkmodules"),
     "report": ("plotly",),
     "tables": ("pyarrow", "xarray", "h5netcdf"),
     "xarray": ("xarray",),

@@ -92,9 +92,8 @@ ALLOWED = {
 ALONE = {
     "meshio": {"mesh"},
     "pyvista": {"view", "export"},
-    "vtkmodules": {"mesh", "view", "export"},
+    "vtkmodules": {"view", "export"},
     "skfem": {"fem"},
-    "mapdl_archive": {"mesh"},
     "matplotlib": {"view"},
     "av": {"view", "cli"},
     "pint": {"noun"},

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from femflex.arrays import Array
 from femflex.decks.builder import Builder
 from femflex.fem.static_loads import StaticLoads
-from femflex.mesh.cells import CELL_TYPES
+from femflex.mesh.cells import CELL_TYPES, side_of
 
 Cell = tuple[str, int]  # cell type and row
 
@@ -48,10 +48,7 @@ def on_face(build: Builder, cell: Cell, corners: Sequence[int], load: ArrayLike)
     area (c, 3)."""
     kind, row = CELL_TYPES[cell[0]], cell[1]
     solid, values = build.cells[cell[0]][row], np.asarray(load, float)
-    middles = {frozenset(parents.tolist()): j for j, parents in enumerate(kind.parents, kind.n_corners)}
-    around = zip(corners, [*corners[1:], corners[0]], strict=True)
-    local = [*corners, *(middles[frozenset(edge)] for edge in around if kind.order == 2)]
-    face = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"}[len(local)]
+    face, local = side_of(kind, corners)
     x = np.array([build.points[k] for k in solid])
     if values.ndim == 1:
         normal = np.cross(x[corners[1]] - x[corners[0]], x[corners[2]] - x[corners[0]])

@@ -10,6 +10,7 @@ G. Bedrosian, Int. J. Num. Meth. Engng 35 (1992) 95, for thirteen.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -208,3 +209,15 @@ CELL_TYPES: dict[str, CellType] = {
         _cell_type("pyramid13", "pyramid", 2),
     )
 }
+# by numbers of corners and of nodes
+SIDE_CELLS = {(2, 2): "line", (2, 3): "line3", (3, 3): "triangle", (3, 6): "triangle6", (4, 4): "quad", (4, 8): "quad8",
+              (4, 9): "quad9"}  # fmt: skip
+
+
+def side_of(kind: CellType, corners: Sequence[int]) -> tuple[str, list[int]]:
+    """The cell on a face or an edge between corners of a cell, in their order, and its nodes' numbers in that cell."""
+    middles = {frozenset(parents.tolist()): j for j, parents in enumerate(kind.parents, kind.n_corners)}
+    edges = list(zip(corners, [*corners[1:], corners[0]], strict=True)) if len(corners) > 2 else [corners]
+    between = [middles[frozenset(part)] for part in (*edges, *([corners] if len(corners) == 4 else []))
+               if frozenset(part) in middles]  # fmt: skip
+    return SIDE_CELLS[len(corners), len(corners) + len(between)], [*corners, *between]

@@ -8,10 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.mesh_files import damaged, dataset, sheet, unv_elements, unv_nodes
+from support.mesh_files import damaged, dataset, sheet, unv_elements, unv_nodes, written_exodus
 
 from femflex.mesh import read_mesh, write_mesh
-from femflex.mesh.formats.vtk_data import make_grid
 
 FORMATS = [
     (".msh", {"binary": True, "version": "4.1"}),
@@ -54,8 +53,7 @@ def test_damaged_files_are_refused_or_read(suffix: str, options: dict, tmp_path:
 @pytest.mark.slow
 @pytest.mark.parametrize(("suffix", "options"), FORMATS)
 def test_many_damaged_files_are_refused_or_read(suffix: str, options: dict, tmp_path: Path):
-    count = 150 if suffix in (".vtu", ".vtk") else 1500  # each of VTK's takes a process of its own
-    assert check_damaged(suffix, options, tmp_path, random.Random(6), count) > count / 15
+    assert check_damaged(suffix, options, tmp_path, random.Random(6), 1500) > 100
 
 
 DECK = "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 2, 0, 0\n*ELEMENT, TYPE=B31, ELSET=BOOM\n1, 1, 2\n2, 2, 3\n"
@@ -98,10 +96,7 @@ def whole_file(kind: str, path: Path) -> bytes:
     if kind == "unv":
         path.write_text(UNV)
     elif kind == "exo":
-        writer = pytest.importorskip("vtkmodules.vtkIOExodus").vtkExodusIIWriter()
-        writer.SetInputData(make_grid(sheet().points, dict(sheet().cells), {}, {}))
-        writer.SetFileName(str(path))
-        writer.Write()
+        written_exodus(sheet(), path)
     elif kind == "xdmf":
         meshio = pytest.importorskip("meshio")
         meshio.xdmf.write(path, meshio.Mesh(sheet().points, list(sheet().cells.items())), data_format="XML")
@@ -115,8 +110,6 @@ def whole_file(kind: str, path: Path) -> bytes:
 
 @pytest.mark.parametrize("kind", ["unv", "exo", "xdmf", "cdb"])
 def test_damaged_files_of_other_programs_are_refused_or_read(kind: str, tmp_path: Path):
-    if kind == "cdb":
-        pytest.importorskip("mapdl_archive")
     path = tmp_path / f"mesh.{kind}"
     whole, generator, refused = whole_file(kind, path), random.Random(8), 0
     for _ in range(25):

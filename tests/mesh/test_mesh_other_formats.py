@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.mesh_files import dataset, unv_elements, unv_nodes
+from support.mesh_files import dataset, unv_elements, unv_nodes, written_exodus
 
 from femflex.mesh import Mesh, box, line, read_mesh, rectangle, write_mesh
 from femflex.mesh.cells import CELL_TYPES
-from femflex.mesh.formats.vtk_data import make_grid
 from femflex.mesh.quality import sizes
 from femflex.warning import PhysicsWarning
 
@@ -102,12 +101,8 @@ def test_percent_signs_and_blanks_in_names_survive_vtk(tmp_path):
 
 
 def test_an_exodus_file_of_vtk_is_read_with_its_blocks(tmp_path: Path):
-    exodus = pytest.importorskip("vtkmodules.vtkIOExodus")
     mesh, path = box(2, 1, 1, 2, 1, 1), tmp_path / "box.exo"
-    writer = exodus.vtkExodusIIWriter()
-    writer.SetInputData(make_grid(mesh.points, dict(mesh.cells), {}, {}))
-    writer.SetFileName(str(path))
-    writer.Write()
+    written_exodus(mesh, path)
     computed = read_mesh(path)
     assert {cell: len(nodes) for cell, nodes in computed.cells.items()} == {"hexahedron": 2, "quad": 10}
     assert sorted(computed.cell_groups) == ["block_12", "block_9"]  # numbered by VTK's types
@@ -270,7 +265,6 @@ def universal(path: Path) -> None:
 
 def archive(path: Path) -> None:
     """An Ansys archive: solids, shells and links of three element types, components of elements and nodes."""
-    pytest.importorskip("mapdl_archive")
     kinds = {"hexahedron": 1, "tetra": 1, "quad": 2, "triangle": 2, "line": 3}
     doubled = {"tetra": [0, 1, 2, 2, 3, 3, 3, 3], "triangle": [0, 1, 2, 2]}
     nodes = [f"{k:8d}{0:8d}{0:8d}" + "".join(f"{x:20.13E}" for x in row) for k, row in enumerate(POINTS, 1)]

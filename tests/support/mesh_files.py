@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import random
 import re
+from pathlib import Path
 
 import numpy as np
+import pytest
 
 from femflex.mesh import Mesh
 
@@ -58,3 +60,13 @@ def damaged(data: bytes, generator: random.Random) -> bytes:
         found = generator.choice(numbers) if numbers else None
         return data if found is None else data[: found.start()] + generator.choice(WRONG) + data[found.end() :]
     return bytes(changed)
+
+
+def written_exodus(mesh: Mesh, path: Path) -> None:
+    """Write a file of Exodus by VTK's own writer."""
+    pyvista = pytest.importorskip("pyvista")
+    writer = pytest.importorskip("vtkmodules.vtkIOExodus").vtkExodusIIWriter()
+    kinds = {"line": 3, "triangle": 5, "quad": 9, "hexahedron": 12, "tetra10": 24, "hexahedron20": 25}
+    writer.SetInputData(pyvista.UnstructuredGrid({kinds[cell]: rows for cell, rows in mesh.cells.items()}, mesh.points))
+    writer.SetFileName(str(path))
+    writer.Write()

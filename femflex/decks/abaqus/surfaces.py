@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from femflex.decks.abaqus.model import AbaqusModel
+from femflex.mesh.cells import CELL_TYPES, side_of
 from femflex.mesh.formats.abaqus_flat import Element, InstanceKeyword
 
 # Corners of the faces by cell shape, in Abaqus' numbering S1, S2, ...
@@ -65,17 +67,14 @@ def surface_named(surfaces: Surfaces, word: str, scope: str) -> Surface | None:
 
 def face_nodes(element: Element, label: str) -> list[int]:
     """Nodes of a face of a solid, including middle nodes, or all nodes of another kind of element."""
-    from femflex.mesh.cells import CELL_TYPES
-
     if not element.cell:
         return list(element.nodes)
     kind = CELL_TYPES[element.cell]
     number = int(label[1:]) - 1 if label[:1] in ("S", "E") and label[1:].isdigit() else -1
     if kind.shape in FACES and 0 <= number < len(FACES[kind.shape]):
-        corners = set(FACES[kind.shape][number])
-    elif kind.dimension == 2 and label.startswith("E") and number >= 0:
-        corners = {number, (number + 1) % kind.n_corners}
+        corners: Sequence[int] = FACES[kind.shape][number]
+    elif kind.dimension == 2 and label.startswith("E") and 0 <= number < kind.n_corners:
+        corners = (number, (number + 1) % kind.n_corners)
     else:
         return list(element.nodes)
-    middle_nodes = [j for j, parents in enumerate(kind.parents, kind.n_corners) if set(parents.tolist()) <= corners]
-    return [element.nodes[j] for j in [*sorted(corners), *middle_nodes]]
+    return [element.nodes[j] for j in side_of(kind, corners)[1]]

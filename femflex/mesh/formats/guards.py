@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import struct
 import warnings
 from collections.abc import Iterator
@@ -23,7 +22,6 @@ MIN_BYTES = {
     ("4.1", False): (8, 4),
     ("4.1", True): (32, 16),
 }
-LEGACY_CELLS = rb"(?is)# vtk DataFile Version [0-4]\..*?\bUNSTRUCTURED_GRID\b.*?\nCELLS[ \t]+(\d+)[ \t]+(\d+)\s"
 
 
 @contextmanager
@@ -50,16 +48,6 @@ def check_include_depth(depth: int, location: str) -> None:
         raise ValueError(
             f"{location}: files include each other more than {MAX_INCLUDE_DEPTH} deep; take the line out, or put the "
             "files into one."
-        )
-
-
-def check_legacy_cells(path: Path, n_cells_and_nodes: int) -> None:
-    """Raise ValueError if the line CELLS of a legacy VTK file announces other numbers than its cells have: VTK reads
-    more than announced."""
-    if (match := re.match(LEGACY_CELLS, path.read_bytes())) and int(match[2]) != int(match[1]) + n_cells_and_nodes:
-        raise ValueError(
-            f"its line CELLS {int(match[1])} {int(match[2])} and its cells do not agree; the second number is that of "
-            "all numbers below it, one for each cell and one for each of its nodes"
         )
 
 
