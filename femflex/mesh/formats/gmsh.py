@@ -1,124 +1,106 @@
-"""Gmsh .msh, 2.2 and 4.1, text and binary: groups are physical groups, points of a group physical points.
-
-meshio keeps one physical group per element, confuses groups of equal name but different dimension, and fails if only
-some entities are in groups. Therefore the sections that define groups are read and written here; meshio handles only
-the nodes and elements.
-"""
+"""Gmsh .msh, 2.2 and 4.1, text and binary: groups are physical groups, points of a group physical points."""
 
 from __future__ import annotations
 
 import re
-import tempfile
-from collections.abc import Callable
+import struct
+import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from femflex.arrays import Array, IntArray
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.formats.contents import Block, Contents, group_classes, without_repeated_cells
-from femflex.mesh.formats.guards import check_gmsh_counts
-from femflex.mesh.formats.register import WriteOptions, load_meshio, meshio_call, register
+from femflex.mesh.formats.register import WriteOptions, register
 from femflex.mesh.mesh import Mesh
 
 Tag = tuple[int, int]  # dimension, number
 
 NAME = "Gmsh .msh"
-HINT = "The file may be cut short; write it again, without parametric coordinates (Mesh.SaveParametric = 0)."
+VERSIONS = ("4.1", "2.2")
 KINDS = ("point", "line", "surface", "volume")
-# meshio returns the 18-node wedge in Gmsh's order: edges (0,1) (0,2) (0,3) (1,2) ...; VTK's order follows the faces.
-WEDGE18_FROM_GMSH = [0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11, 15, 17, 16]
+TYPES = {
+    "line": 1, "triangle": 2, "quad": 3, "tetra": 4, "hexahedron": 5, "wedge": 6, "pyramid": 7, "line3": 8,
+    "triangle6": 9, "quad9": 10, "tetra10": 11, "hexahedron27": 12, "wedge18": 13, "vertex": 15, "quad8": 16,
+    "hexahedron20": 17, "wedge15": 18, "pyramid13": 19,
+}  # fmt: skip
+CELLS = {number: cell for cell, number in TYPES.items()}
+# Nodes of elements of other types, all of higher order, which are left out.
+OTHER_TYPES = {14: 14, 20: 9, 21: 10, 22: 12, 23: 15, 24: 15, 25: 21, 26: 4, 27: 5, 28: 6, 29: 20, 30: 35, 31: 56,
+               36: 16, 37: 25, 38: 36, 92: 64, 93: 125}  # fmt: skip
+# Gmsh lists middles by the lower corner of their edge; where that is not meshio's order: their places in its list.
+_BRICK = [*range(9), 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15]
+_WEDGE = [0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11]
+ORDER = {
+    "tetra10": [0, 1, 2, 3, 4, 5, 6, 7, 9, 8], "hexahedron20": _BRICK,
+    "hexahedron27": [*_BRICK, 22, 23, 21, 24, 20, 25, 26], "wedge15": _WEDGE, "wedge18": [*_WEDGE, 15, 17, 16],
+    "pyramid13": [0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12],
+}  # fmt: skip
 
 
 def read_gmsh(path: Path) -> Contents:
     """Contents of a .msh file, with its physical groups; groups without a name are called surface_7 and so on."""
     data = path.read_bytes()
     version, binary, width = _header(data, path)
-    if version == "2.2" and binary:
-        _check_numbers_without_gaps(_section_bytes(data, "Nodes", path), path)
-    bodies = _section_bytes(data, "Nodes", path), _section_bytes(data, "Elements", path)
-    check_gmsh_counts(*bodies, (version, binary, width), path.name)
-    core = b"".join(_section_bytes(data, name, path, True) for name in ("MeshFormat", "Nodes", "Elements"))
-    with tempfile.TemporaryDirectory() as folder, meshio_call(path, NAME, hint=HINT):
-        plain = Path(folder) / "plain.msh"
-        plain.write_bytes(core)
-        raw = load_meshio().gmsh.read(plain)
-    names = _physical_names(_section_bytes(data, "PhysicalNames", path).decode())
+    names = _physical_names(_section(data, "PhysicalNames", path).decode())
+    sections = [_section(data, name, path, needed=True) for name in ("Nodes", "Elements")]
+    nodes, elements = (_Numbers(body, binary, width, path) for body in sections)
+    blocks, keys, left_out = list[Block](), list[IntArray](), dict[str, int]()
     if version == "2.2":
-        blocks, owners = _blocks_by_cell_tag(raw, names)  # format 2.2 repeats an element for each of its groups
-        keys = [np.column_stack([owner, block.nodes]) for block, owner in zip(blocks, owners, strict=True)]
-        blocks = without_repeated_cells(blocks, keys)
+        numbers, points = _nodes_2(nodes, binary)
+        parts = _elements_2(elements, binary)
     else:
-        entities = read_entities(_section_bytes(data, "Entities", path), binary, width)
-        blocks = _blocks_by_entity(raw, entities, names)
-    return Contents(raw.points, blocks, empty=tuple(names.values()))
-
-
-def write_gmsh(path: Path, mesh: Mesh, options: WriteOptions) -> None:
-    """Write a .msh file, version 4.1 or 2.2; a cell in several groups is in several physical groups."""
-    version = options.version or "4.1"
-    if version not in ("4.1", "2.2"):
-        raise ValueError(f"Gmsh version {version!r} is not written; known are '4.1' and '2.2'.")
-    tags = physical_tags(mesh)
-    entities = entities_of(mesh, tags)
-    lines = [f'{dim} {number} "{name}"' for (dim, name), number in sorted(tags.items(), key=lambda i: (i[0][0], i[1]))]
-    names = "\n".join(["$PhysicalNames", str(len(lines)), *lines, "$EndPhysicalNames", ""]).encode() if lines else b""
-    raw = _tagged_mesh(mesh, entities, repeat=version == "2.2")
-    with meshio_call(path, NAME, "written"):
-        load_meshio().gmsh.write(path, raw, fmt_version=version, binary=options.binary)
-    data = path.read_bytes()
-    if version == "4.1":
-        start, end = data.index(b"$Entities\n"), data.index(b"$EndEntities\n") + len(b"$EndEntities\n")
-        data = data[:start] + entities_section(entities, options.binary) + data[end:]
-    head = data.index(b"$EndMeshFormat\n") + len(b"$EndMeshFormat\n")
-    path.write_bytes(data[:head] + names + data[head:])
+        numbers, points = _nodes_4(nodes)
+        groups = _groups_of_entities(_Numbers(_section(data, "Entities", path), binary, width, path))
+        parts = _elements_4(elements, groups)
+    order = np.argsort(numbers, kind="stable")
+    for kind, owner, tags, listed in parts:
+        if kind not in CELLS:
+            left_out[f"Gmsh type {kind}"] = left_out.get(f"Gmsh type {kind}", 0) + len(listed)
+            continue
+        cell = CELLS[kind]
+        place = np.minimum(np.searchsorted(numbers, listed, sorter=order), max(len(numbers) - 1, 0))
+        rows = np.where(numbers[order[place]] == listed, order[place], -1) if len(numbers) else listed * 0 - 1
+        rows = rows[:, ORDER.get(cell, slice(None))]
+        if (rows < 0).any():
+            raise ValueError(f"{path.name}: elements of type {cell} use nodes that the file does not define.")
+        dimension, everything = CELL_TYPES[cell].dimension, np.arange(len(rows))
+        of_all = {names.get((dimension, abs(n)), f"{KINDS[dimension]}_{abs(n)}"): everything for n in tags if n}
+        blocks.append(Block(cell, rows, of_all))
+        keys.append(np.column_stack([np.full(len(rows), owner), rows]))
+    if version == "2.2":  # which repeats an element for each of its groups
+        blocks = without_repeated_cells(blocks, keys)
+    return Contents(points, blocks, empty=tuple(names.values()), left_out=left_out)
 
 
 def _header(data: bytes, path: Path) -> tuple[str, bool, int]:
     """Version, binary or not, and bytes of a size, from the $MeshFormat section."""
     match = re.match(rb"\s*(?:\$Comments.*?\$EndComments\s*)?\$MeshFormat\s+(\S+)\s+([01])\s+(\d+)", data, re.S)
-    if re.match(rb"\s*\$NOD\s", data):
-        raise ValueError(
-            f"{path.name} is of Gmsh format 1 ($NOD, $ELM), which is not read; 2.2 and 4.1 are. "
-            f"Convert it: gmsh {path.name} -save -format msh41 -o new.msh"
-        )
-    if not match:
+    if not match and not re.match(rb"\s*\$NOD\s", data):
         raise ValueError(f"{path.name} does not begin with $MeshFormat: it is no Gmsh mesh.")
-    version = {"2": "2.2", "4": "4.0"}.get(match[1].decode(), match[1].decode())
-    if version not in ("2.2", "4.1"):
+    word = match[1].decode() if match else "1 ($NOD, $ELM)"
+    version = {"2": "2.2", "4": "4.0"}.get(word, word)
+    if not match or version not in VERSIONS:
         raise ValueError(
-            f"{path.name} is of Gmsh format {version}; 2.2 and 4.1 are read. "
+            f"{path.name} is of Gmsh format {version}, which is not read; 2.2 and 4.1 are. "
             f"Convert it: gmsh {path.name} -save -format msh41 -o new.msh"
         )
     return version, match[2] == b"1", int(match[3])
 
 
-def _section_bytes(data: bytes, name: str, path: Path, with_marks: bool = False) -> bytes:
-    """Bytes of a section without its first and last line (with_marks: with them); b"" if it is missing."""
-    start = data.find(f"${name}".encode())
-    stop = data.find(f"$End{name}".encode())
+def _section(data: bytes, name: str, path: Path, needed: bool = False) -> bytes:
+    """Bytes of a section without its first and last line; b"" if it is missing."""
+    start, stop = data.find(f"${name}".encode()), data.find(f"$End{name}".encode())
     if start < 0 or stop < 0:
-        if with_marks or start >= 0:
+        if needed or start >= 0:
             raise ValueError(f"{path.name} has no complete ${name} section; the file is cut short or no mesh.")
         return b""
-    body = data[start + len(name) + 1 : stop].removeprefix(b"\r").removeprefix(b"\n")
-    return f"${name}\n".encode() + body + f"$End{name}\n".encode() if with_marks else body
-
-
-def _check_numbers_without_gaps(nodes: bytes, path: Path) -> None:
-    """Raise ValueError unless nodes are numbered 1 to n: meshio reads binary 2.2 only with such numbers."""
-    count, _, records = nodes.partition(b"\n")
-    record = np.dtype([("number", "<i4"), ("position", "<f8", 3)])
-    if len(records) < int(count) * record.itemsize:
-        raise ValueError(f"{path.name} announces {int(count)} nodes but ends before the last; the file is cut short.")
-    numbers = np.frombuffer(records, record, int(count))["number"]
-    if not np.array_equal(numbers, np.arange(1, len(numbers) + 1)):
-        raise ValueError(
-            f"{path.name} is binary of version 2.2 and numbers its {len(numbers)} nodes up to {numbers.max()}; with"
-            " gaps only text or version 4.1 is read. Open it in Gmsh and save it again."
-        )
+    return data[start + len(name) + 1 : stop].removeprefix(b"\r").removeprefix(b"\n")
 
 
 def _physical_names(text: str) -> dict[Tag, str]:
@@ -126,60 +108,123 @@ def _physical_names(text: str) -> dict[Tag, str]:
     return {(int(dim), int(number)): name for dim, number, name in entries}
 
 
-def _group_name(tag: Tag, names: dict[Tag, str]) -> str:
-    dim, number = tag[0], abs(tag[1])
-    return names.get((dim, number), f"{KINDS[dim]}_{number}")
+class _Numbers:
+    """The numbers of a section, one after the other; a section that ends too soon raises ValueError."""
+
+    def __init__(self, section: bytes, binary: bool, width: int, path: Path) -> None:
+        self._section, self._path, self._place, self._text = section, path, 0, None if binary else _text(section)
+        self.filled = bool(section)
+        self._types = {"size": np.dtype(f"<u{width}"), "int": np.dtype("<i4"), "double": np.dtype("<f8")}
+
+    def line(self) -> int:
+        """The whole number of a line of text, which binary sections of 2.2 begin with."""
+        if self._text is not None:
+            return self.one("int")
+        word, mark, _ = self._section.partition(b"\n")
+        self._place = len(word) + len(mark)
+        return int(word)
+
+    def one(self, kind: str) -> int:
+        """One whole number."""
+        return int(self.take(kind, 1)[0])
+
+    def take(self, kind: str, count: int, columns: int = 1, dtype: Any = None) -> NDArray[Any]:
+        """The next numbers (count,), or (count, columns); kind: size, int or double."""
+        kind_dtype, total, here = dtype or self._types[kind], count * columns, self._place
+        size, end = (1, len(self._text)) if self._text is not None else (kind_dtype.itemsize, len(self._section))
+        if not 0 <= total * size <= end - here:
+            raise ValueError(
+                f"{self._path.name} claims {count} nodes or elements, and its section of {len(self._section)} bytes "
+                "has no place for them; the file is cut short or damaged. Write it again from its source."
+            )
+        self._place += total * size
+        text = self._text
+        values = np.frombuffer(self._section, kind_dtype, total, here) if text is None else text[here : here + total]
+        values = values if dtype or kind == "double" else values.astype(np.int64)
+        return values.reshape(count, columns) if columns > 1 else values
 
 
-def _vtk_order(cell: str, nodes: IntArray) -> IntArray:
-    return nodes[:, WEDGE18_FROM_GMSH] if cell == "wedge18" else nodes
+def _text(section: bytes) -> Array:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # text that is no number
+        try:
+            return np.fromstring(section.decode("ascii"), sep=" ")
+        except (DeprecationWarning, UnicodeDecodeError):
+            raise ValueError("one of its sections holds text that is no number") from None
 
 
-def _blocks_by_cell_tag(raw: Any, names: dict[Tag, str]) -> tuple[list[Block], list[IntArray]]:
-    """Blocks of format 2.2, where every element carries the numbers of one physical group and one entity."""
-    physical, entity = (raw.cell_data.get(f"gmsh:{key}") for key in ("physical", "geometrical"))
-    blocks, owners = list[Block](), list[IntArray]()
-    for k, part in enumerate(raw.cells):
-        numbers = np.abs(physical[k]) if physical else np.zeros(len(part.data), int)
-        groups = {_group_name((part.dim, int(n)), names): np.flatnonzero(numbers == n) for n in np.unique(numbers) if n}
-        owner = entity[k] if entity else np.zeros(len(part.data), int)
-        blocks.append(Block(part.type, _vtk_order(part.type, part.data), groups))
-        owners.append(np.asarray(owner, np.int64))
-    return blocks, owners
+def _nodes_2(nodes: _Numbers, binary: bool) -> tuple[IntArray, Array]:
+    """Numbers and positions of the nodes."""
+    count = nodes.line()
+    if binary:
+        records = nodes.take("", count, dtype=np.dtype([("number", "<i4"), ("x", "<f8", 3)]))
+        return records["number"].astype(np.int64), records["x"].copy()
+    rows = nodes.take("double", count, 4)
+    return rows[:, 0].astype(np.int64), rows[:, 1:]
 
 
-def _blocks_by_entity(raw: Any, entities: dict[Tag, list[int]], names: dict[Tag, str]) -> list[Block]:
-    """Blocks of format 4.1, where an entity carries any number of physical groups (negative: reversed orientation)."""
-    blocks = []
-    for part, owner in zip(raw.cells, raw.cell_data["gmsh:geometrical"], strict=True):
-        numbers = entities.get((part.dim, int(owner[0])), []) if len(owner) else []
-        everything = np.arange(len(part.data))
-        groups = {_group_name((part.dim, n), names): everything for n in numbers}
-        blocks.append(Block(part.type, _vtk_order(part.type, part.data), groups))
-    return blocks
+def _nodes_4(nodes: _Numbers) -> tuple[IntArray, Array]:
+    blocks, announced, _, _ = nodes.take("size", 4).tolist()
+    numbers, points = [np.zeros(0, np.int64)], [np.zeros((0, 3))]
+    for _ in range(blocks):
+        dimension, _, parametric = nodes.take("int", 3).tolist()
+        count = nodes.one("size")
+        numbers.append(nodes.take("size", count))
+        points.append(nodes.take("double", count, 3 + (dimension if parametric else 0))[:, :3])
+    if sum(map(len, numbers)) != announced:
+        raise ValueError(f"it claims {announced} nodes, and its blocks hold {sum(map(len, numbers))}")
+    return np.concatenate(numbers), np.concatenate(points)
 
 
-def _tagged_mesh(mesh: Mesh, entities: list[Entity], repeat: bool) -> Any:
-    """meshio mesh with one block per entity (repeat: per entity and group) and the tags that its writers need."""
-    cells, physical, owner = [], [], []
-    for entity in entities:
-        nodes = entity.nodes
-        if entity.cell == "wedge18":
-            nodes = nodes[:, np.argsort(WEDGE18_FROM_GMSH)]
-        for number in (entity.groups or [0]) if repeat else [0]:
-            cells.append((entity.cell, nodes))
-            physical.append(np.full(len(nodes), number))
-            owner.append(np.full(len(nodes), entity.number))
-    entity_of_point = np.empty((len(mesh.points), 2), np.int64)  # entity of lowest dimension that contains the point
-    entity_of_point[:] = entities[-1].dimension, entities[-1].number
-    for entity in sorted(entities, key=lambda e: -e.dimension):
-        entity_of_point[np.unique(entity.nodes)] = entity.dimension, entity.number
-    return load_meshio().Mesh(
-        mesh.points,
-        cells,
-        point_data={"gmsh:dim_tags": entity_of_point},
-        cell_data={"gmsh:physical": physical, "gmsh:geometrical": owner},
-    )
+Part = tuple[int, int, list[int], IntArray]  # type, number of the entity, numbers of physical groups, nodes of elements
+
+
+def _elements_2(elements: _Numbers, binary: bool) -> Iterator[Part]:
+    """Elements of one type, entity and physical group, in the order in which the first of each appears."""
+    found: dict[tuple[int, int, int], list[IntArray]] = {}
+    left = elements.line()
+    while left > 0:
+        if binary:
+            kind, count, n_tags = elements.take("int", 3).tolist()
+        else:
+            (_, kind, n_tags), count = elements.take("int", 3).tolist(), 1
+        columns = int(binary) + n_tags + _n_nodes(kind)
+        rows = elements.take("int", count, columns).reshape(count, columns)[:, int(binary) :]
+        for row in rows if len(rows) < 2 or (rows[:, :n_tags] != rows[0, :n_tags]).any() else [rows]:
+            tags = [*np.atleast_2d(row)[0, :n_tags].tolist(), 0, 0]
+            found.setdefault((kind, tags[1], tags[0]), []).append(np.atleast_2d(row)[:, n_tags:])
+        left -= max(count, 1)
+    for (kind, entity, group), parts in found.items():
+        yield kind, entity, [group], np.concatenate(parts)
+
+
+def _elements_4(elements: _Numbers, groups: dict[Tag, list[int]]) -> Iterator[Part]:
+    """Elements of every entity, with its physical groups (negative: of reversed orientation)."""
+    for _ in range(elements.take("size", 4).tolist()[0]):
+        dimension, entity, kind = elements.take("int", 3).tolist()
+        count, n = elements.one("size"), _n_nodes(kind)
+        yield kind, entity, groups.get((dimension, entity), []), elements.take("size", count, 1 + n)[:, 1:]
+
+
+def _n_nodes(kind: int) -> int:
+    if kind not in CELLS and kind not in OTHER_TYPES:
+        raise ValueError(f"it has elements of Gmsh's type {kind}, whose number of nodes is not known; write it without")
+    return len(CELL_TYPES[CELLS[kind]].nodes) if kind in CELLS else OTHER_TYPES[kind]
+
+
+def _groups_of_entities(section: _Numbers) -> dict[Tag, list[int]]:
+    """Numbers of the physical groups by dimension and number of the entity."""
+    groups: dict[Tag, list[int]] = {}
+    if not section.filled:
+        return groups
+    for dimension, count in enumerate(section.take("size", 4).tolist()):
+        for _ in range(count):
+            number = section.one("int")
+            section.take("double", 6 if dimension else 3)  # bounding box or position
+            groups[dimension, number] = section.take("int", section.one("size")).tolist()
+            if dimension:
+                section.take("int", section.one("size"))  # bounding entities
+    return groups
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,7 +239,93 @@ class Entity:
     points: Array
 
 
-def physical_tags(mesh: Mesh) -> dict[tuple[int, str], int]:
+def write_gmsh(path: Path, mesh: Mesh, options: WriteOptions) -> None:
+    """Write a .msh file, version 4.1 or 2.2; a cell in several groups is in several physical groups."""
+    version, binary = options.version or "4.1", options.binary
+    if version not in VERSIONS:
+        raise ValueError(f"Gmsh version {version!r} is not written; known are '4.1' and '2.2'.")
+    tags = _physical_tags(mesh)
+    entities = _entities_of(mesh, tags)
+    names = [f'{dim} {number} "{name}"' for (dim, name), number in sorted(tags.items(), key=lambda i: (i[0][0], i[1]))]
+    one = struct.pack("<i", 1) + b"\n" if binary else b""
+    sections = {"MeshFormat": f"{version} {int(binary)} 8\n".encode() + one}
+    sections |= {"PhysicalNames": "\n".join([str(len(names)), *names, ""]).encode()} if names else {}
+    write = _sections_4 if version == "4.1" else _sections_2
+    sections |= write(mesh, entities, binary)
+    path.write_bytes(b"".join(f"${k}\n".encode() + body + f"$End{k}\n".encode() for k, body in sections.items()))
+
+
+def _rows(values: Any, kind: str, binary: bool) -> bytes:
+    """Numbers (n,) in one line, or (n, k) in n lines; kind: of a number in a binary file."""
+    if binary:
+        return np.asarray(values).astype(kind).tobytes()
+    rows = np.atleast_2d(np.asarray(values, float if kind == "<f8" else np.int64)).tolist()
+    return "".join(" ".join(map(repr, row)) + "\n" for row in rows).encode()
+
+
+def _sections_4(mesh: Mesh, entities: list[Entity], binary: bool) -> dict[str, bytes]:
+    def integers(*values: int) -> bytes:
+        return _rows(values, "<i4", binary)
+
+    def sizes(*values: int) -> bytes:
+        return _rows(values, "<u8", binary)
+
+    counts = [sum(e.dimension == dim for e in entities) for dim in range(4)]
+    described, nodes, elements = [sizes(*counts)], list[bytes](), list[bytes]()
+    owner = np.full(len(mesh.points), len(entities) - 1)  # of a point: an entity of lowest dimension that contains it
+    for k in sorted(range(len(entities)), key=lambda k: -entities[k].dimension):
+        owner[np.unique(entities[k].nodes)] = k
+    number = 1
+    for e in sorted(entities, key=lambda e: (e.dimension, e.number)):
+        box = [e.points.min(axis=0), e.points.max(axis=0)][: 2 if e.dimension else 1]
+        described += [integers(e.number), *(_rows(corner, "<f8", binary) for corner in box), sizes(len(e.groups))]
+        described += [integers(*e.groups)] if e.groups else []
+        described += [sizes(0)] if e.dimension else []  # no bounding entities given
+    for k, e in enumerate(entities):
+        rows = np.flatnonzero(owner == k)
+        nodes += [integers(e.dimension, e.number, 0), sizes(len(rows))] if len(rows) else []
+        nodes += [_rows(rows[:, None] + 1, "<u8", binary), _rows(mesh.points[rows], "<f8", binary)] if len(rows) else []
+        listed = np.column_stack([number + np.arange(len(e.nodes)), _in_order(e) + 1])
+        elements += [integers(e.dimension, e.number, TYPES[e.cell]), sizes(len(listed)), _rows(listed, "<u8", binary)]
+        number += len(listed)
+    n_nodes = len(mesh.points)
+    end = b"\n" if binary else b""
+    return {
+        "Entities": b"".join([*described, end]),
+        "Nodes": b"".join([sizes(len(np.unique(owner)), n_nodes, 1, n_nodes), *nodes, end]),
+        "Elements": b"".join([sizes(len(entities), number - 1, 1, number - 1), *elements, end]),
+    }
+
+
+def _sections_2(mesh: Mesh, entities: list[Entity], binary: bool) -> dict[str, bytes]:
+    """Sections in which an element is listed once for each of its groups."""
+    end, count, elements = b"\n" if binary else b"", 0, list[bytes]()
+    for e in entities:
+        for group in e.groups or [0]:
+            tags = [np.full(len(e.nodes), value) for value in (TYPES[e.cell], 2, group, e.number)]
+            numbers = count + 1 + np.arange(len(e.nodes))
+            columns = [numbers, *(tags[2:] if binary else tags), _in_order(e) + 1]
+            elements += [_rows([TYPES[e.cell], len(e.nodes), 2], "<i4", True)] if binary else []
+            elements.append(_rows(np.column_stack(columns), "<i4", binary))
+            count += len(e.nodes)
+    if binary:
+        records = np.zeros(len(mesh.points), [("number", "<i4"), ("x", "<f8", 3)])
+        records["number"], records["x"] = 1 + np.arange(len(mesh.points)), mesh.points
+        nodes = records.tobytes()
+    else:
+        nodes = "".join(f"{k} {x!r} {y!r} {z!r}\n" for k, (x, y, z) in enumerate(mesh.points.tolist(), 1)).encode()
+    return {
+        "Nodes": f"{len(mesh.points)}\n".encode() + nodes + end,
+        "Elements": f"{count}\n".encode() + b"".join(elements) + end,
+    }
+
+
+def _in_order(entity: Entity) -> IntArray:
+    """Nodes of the cells of an entity in Gmsh's order."""
+    return entity.nodes[:, np.argsort(ORDER[entity.cell])] if entity.cell in ORDER else entity.nodes
+
+
+def _physical_tags(mesh: Mesh) -> dict[tuple[int, str], int]:
     """Number of the physical group of every (dimension, name): cell groups under each dimension they have."""
     keys = [
         (dim, group)
@@ -208,7 +339,7 @@ def physical_tags(mesh: Mesh) -> dict[tuple[int, str], int]:
     return {key: number + 1 for number, key in enumerate(dict.fromkeys(keys))}
 
 
-def entities_of(mesh: Mesh, tags: dict[tuple[int, str], int]) -> list[Entity]:
+def _entities_of(mesh: Mesh, tags: dict[tuple[int, str], int]) -> list[Entity]:
     """One entity for all cells with the same type and groups; one for each point of the point groups."""
     entities: list[Entity] = []
     tags_of_point: dict[int, list[int]] = {}
@@ -227,71 +358,6 @@ def entities_of(mesh: Mesh, tags: dict[tuple[int, str], int]) -> list[Entity]:
             numbers = [tags[dim, group] for group in kind]
             entities.append(Entity(dim, counts[dim], cell, rows, numbers, mesh.points[np.unique(rows)]))
     return entities
-
-
-def read_entities(section: bytes, binary: bool, width: int) -> dict[tuple[int, int], list[int]]:
-    """Numbers of the physical groups by (dimension, entity number); width: bytes of a size in the binary file."""
-    take = _binary_taker(section, width) if binary else _text_taker(section)
-    groups: dict[tuple[int, int], list[int]] = {}
-    if not section:
-        return groups
-    counts = take("size", 4)
-    for dimension, count in enumerate(counts):
-        for _ in range(int(count)):
-            number = int(take("int", 1)[0])
-            take("double", 3 if dimension == 0 else 6)  # position or bounding box
-            groups[dimension, number] = [int(n) for n in take("int", int(take("size", 1)[0]))]
-            if dimension:
-                take("int", int(take("size", 1)[0]))  # bounding entities
-    return groups
-
-
-def entities_section(entities: list[Entity], binary: bool) -> bytes:
-    """The complete section, with its first and last line."""
-
-    def encode(kind: str, values: list[int] | Array) -> bytes:
-        if binary:
-            return np.asarray(values).astype(_types(8)[kind]).tobytes()
-        return "".join(f"{v:.16g} " if kind == "double" else f"{v} " for v in values).encode()
-
-    def line_end() -> bytes:
-        return b"" if binary else b"\n"
-
-    parts = [
-        b"$Entities\n",
-        encode("size", [sum(e.dimension == dim for e in entities) for dim in range(4)]),
-        line_end(),
-    ]
-    for entity in sorted(entities, key=lambda e: (e.dimension, e.number)):
-        low, high = entity.points.min(axis=0), entity.points.max(axis=0)
-        parts += [encode("int", [entity.number]), encode("double", low)]
-        parts += [encode("double", high)] if entity.dimension else []
-        parts += [encode("size", [len(entity.groups)]), encode("int", entity.groups)]
-        parts += [encode("size", [0])] if entity.dimension else []  # no bounding entities given
-        parts.append(line_end())
-    return b"".join([*parts, b"\n" if binary else b"", b"$EndEntities\n"])
-
-
-def _types(width: int) -> dict[str, np.dtype[Any]]:
-    return {"size": np.dtype(f"<u{width}"), "int": np.dtype("<i4"), "double": np.dtype("<f8")}
-
-
-def _text_taker(section: bytes) -> Callable[[str, int], list[float]]:
-    words = iter(section.split())
-    return lambda kind, count: [float(next(words)) for _ in range(count)]
-
-
-def _binary_taker(section: bytes, width: int) -> Callable[[str, int], list[float]]:
-    types = _types(width)
-    position = 0
-
-    def take(kind: str, count: int) -> list[float]:
-        nonlocal position
-        values = np.frombuffer(section, types[kind], count, position)
-        position += values.nbytes
-        return [float(value) for value in values]
-
-    return take
 
 
 register(NAME, (".msh",), read_gmsh, write_gmsh)

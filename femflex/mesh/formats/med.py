@@ -85,7 +85,7 @@ def write_med(path: Path, mesh: Mesh, options: WriteOptions) -> None:
     cells = [(cell, nodes[:, np.argsort(med_order(cell))]) for cell, nodes in mesh.cells.items()]
     raw = load_meshio().Mesh(mesh.points, cells, point_data={"point_tags": point_tags}, cell_data={"cell_tags": tags})
     image = BytesIO()  # written in memory first: HDF5 does not recover from a full disk
-    with meshio_call(path, NAME, "written"):
+    with meshio_call(path):
         load_meshio().med.write(image, raw)
     with h5py.File(image, "r+") as file:
         file["ENS_MAA/mesh"].attrs["DIM"] = mesh.dimension

@@ -16,7 +16,6 @@ from typing import Any
 
 from femflex.mesh.formats.contents import Contents
 from femflex.mesh.mesh import Mesh
-from femflex.reading import error_text
 
 log = logging.getLogger(__name__)
 
@@ -69,10 +68,9 @@ def format_of(path: Path) -> Format:
 
 
 def load_meshio() -> Any:
-    """The module meshio, loaded on first use, with the cell types missing in its tables."""
+    """The module meshio, loaded on first use, with the cell types of MED that its tables lack."""
     import meshio
 
-    meshio._mesh.topological_dimension.update(wedge15=3, pyramid13=3)
     for cell, code in (("quad9", "QU9"), ("hexahedron27", "H27"), ("wedge18", "P18")):
         meshio.med._med.meshio_to_med_type[cell] = code
         meshio.med._med.med_to_meshio_type[code] = cell
@@ -80,27 +78,14 @@ def load_meshio() -> Any:
 
 
 @contextlib.contextmanager
-def meshio_call(path: Path, name: str, verb: str = "read", hint: str = "") -> Iterator[io.StringIO]:
-    """Context for a call of meshio, which yields its printed output; the output is logged, and errors become
-    ValueError."""
+def meshio_call(path: Path) -> Iterator[io.StringIO]:
+    """Context for a call of meshio, which yields its printed output, is logged, and ends the process by no exit."""
     output = io.StringIO()
     try:
         with contextlib.redirect_stdout(output), contextlib.redirect_stderr(output):
             yield output
-    except MemoryError:
-        raise
-    except (Exception, SystemExit) as error:
-        if verb == "written" and isinstance(error, OSError) and error.errno:  # the disk is full
-            raise
-        log.info("meshio on %s: %s %s %s", path.name, type(error).__name__, error, " ".join(output.getvalue().split()))
-        problem = error_text(error) if verb == "read" else "the format cannot hold this mesh"
-        advice = (
-            hint
-            or {
-                "read": "The file may be cut short or of another format; write it again from its source.",
-                "written": "Another format may hold it: .msh, .vtu.",
-            }[verb]
-        )
-        raise ValueError(f"{path.name} could not be {verb} as {name}: {problem}. {advice}") from error
-    if output.getvalue().strip():
-        log.info("meshio on %s: %s", path.name, " ".join(output.getvalue().split()))
+    except SystemExit as error:
+        raise ValueError("its contents are not those of this format") from error
+    finally:
+        if text := " ".join(output.getvalue().split()):
+            log.info("meshio on %s: %s", path.name, text)

@@ -50,7 +50,7 @@ Markers = Mapping[str, NDArray[Any]]
 
 def read_vtu(path: Path) -> Contents:
     """Contents of a .vtu file."""
-    with meshio_call(path, VTU) as output:
+    with meshio_call(path) as output:
         raw = load_meshio().vtu.read(path)
     if unknown := re.search(r"cannot handle \(type (\d+)\)", output.getvalue()):
         raise ValueError(f"{path.name} has cells of VTK's type {unknown[1]}, which are not read; write it without.")
@@ -223,7 +223,7 @@ def write_vtk(path: Path, mesh: Mesh, options: WriteOptions) -> None:
         for group, rows in mesh.point_groups.items()
     }
     raw = load_meshio().Mesh(mesh.points, list(mesh.cells.items()), point_data=point_data, cell_data=cell_data)
-    with meshio_call(path, VTU if xml else VTK, "written"):
+    with meshio_call(path):
         if xml:
             load_meshio().vtu.write(path, raw, binary=options.binary)
         else:
