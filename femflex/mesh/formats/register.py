@@ -71,6 +71,7 @@ def load_meshio() -> Any:
     """The module meshio, loaded on first use, with the cell types of MED that its tables lack."""
     import meshio
 
+    meshio._mesh.topological_dimension.update(wedge15=3, pyramid13=3)
     for cell, code in (("quad9", "QU9"), ("hexahedron27", "H27"), ("wedge18", "P18")):
         meshio.med._med.meshio_to_med_type[cell] = code
         meshio.med._med.med_to_meshio_type[code] = cell
