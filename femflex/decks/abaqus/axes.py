@@ -72,9 +72,8 @@ def system_of(values: Array, kind: str, length: float, keyword: Keyword) -> Syst
         y = np.cross(z, x)
     n = np.cross(x, y)
     if not np.linalg.norm(n) > 1e-12 * max(float(np.linalg.norm(x) * np.linalg.norm(y)), 1e-300):
-        raise ValueError(
-            f"{keyword.location(0)}: *{keyword.name} has points {values.tolist()}, which give no directions, as they "
-            "lie on a line; correct them."
+        raise keyword.error(
+            f"has points {values.tolist()}, which give no directions, as they lie on a line; correct them.", 0
         )
     x, n = x / np.linalg.norm(x), n / np.linalg.norm(n)
     return System(kind, c * length, np.stack([x, np.cross(n, x), n]))
@@ -89,15 +88,13 @@ def read_orientations(model: AbaqusModel) -> dict[tuple[str, str], System]:
         kind = (keyword.parameter("system") or "R").upper()[0]
         definition = keyword.parameter("definition").upper() or "COORDINATES"
         if definition not in ("COORDINATES", "NODES") or kind not in "RCS" or not keyword.data:
-            raise ValueError(
-                f"{keyword.location()}: *ORIENTATION with DEFINITION={definition}, SYSTEM={kind} is not read; give "
-                "points (COORDINATES) of a rectangular, cylindrical or spherical system."
+            raise keyword.error(
+                f"with DEFINITION={definition}, SYSTEM={kind} is not read; give points (COORDINATES) of a "
+                "rectangular, cylindrical or spherical system."
             )
         first = next((k for k, row in enumerate(keyword.data) if _number(row[0])), None)
         if first is None:
-            raise ValueError(
-                f"{keyword.location()}: *ORIENTATION by *DISTRIBUTION alone has no directions; give points."
-            )
+            raise keyword.error("by *DISTRIBUTION alone has no directions; give points.")
         if first:
             model.findings.note(
                 f"{keyword.location()}: a distribution of orientations is left out; its default is used"

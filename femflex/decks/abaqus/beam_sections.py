@@ -52,9 +52,7 @@ def general_section(model: AbaqusModel, keyword: Keyword) -> BeamSection:
     rho = float(keyword.parameter("density") or 0.0) * u.density
     moduli = _row(keyword, 2)
     if len(moduli) < 2:
-        raise ValueError(
-            f"{keyword.location()}: *BEAM GENERAL SECTION has {len(moduli)} moduli on its third line; give E, G."
-        )
+        raise keyword.error(f"has {len(moduli)} moduli on its third line; give E, G.")
     E, G = (value * u.pressure for value in moduli[:2])
     if kind == "GENERAL":
         values, centroid = _row(keyword, 0), (0.0, 0.0)
@@ -78,9 +76,7 @@ def with_shear(model: AbaqusModel, beam: BeamSection, keyword: Keyword) -> BeamS
     values = [value * model.units.force for value in _row(keyword, 0)[:2]]
     k23, k13 = [*values, 0.0, 0.0][:2]
     if min(k23, k13) < 0 or not max(k23, k13) > 0:
-        raise ValueError(
-            f"{keyword.location()}: *TRANSVERSE SHEAR STIFFNESS has K23, K13 = {values} N; give positive ones."
-        )
+        raise keyword.error(f"has K23, K13 = {values} N; give positive ones.")
     k23, k13 = k23 or k13, k13 or k23
     if beam.principal and abs(k23 - k13) > 1e-9 * k23:
         raise ValueError(

@@ -57,10 +57,11 @@ def read_ties(model: AbaqusModel, surfaces: Surfaces) -> None:
             distances, nearest = np.asarray(query[0]), np.asarray(query[1])
             distant = [n for n, d in zip(slaves, distances, strict=True) if d > COINCIDENT * extent]
             if distant:
-                raise ValueError(
-                    f"{keyword.location(k)}: *TIE of {row[0]!r} to {row[1]!r}: {len(distant)} of {len(slaves)} nodes, "
-                    f"the first is {distant[0]}, have no node of the other surface at their place; surfaces are tied "
-                    "where their meshes match. Make them match, or join them by *EQUATION or *COUPLING."
+                raise keyword.error(
+                    f"of {row[0]!r} to {row[1]!r}: {len(distant)} of {len(slaves)} nodes, the first is {distant[0]}, "
+                    "have no node of the other surface at their place; surfaces are tied where their meshes match. "
+                    "Make them match, or join them by *EQUATION or *COUPLING.",
+                    k,
                 )
             for node, index in zip(slaves, nearest.tolist(), strict=True):
                 if model.representative(node) != model.representative(masters[index]):
@@ -193,7 +194,7 @@ def _distributing(model: AbaqusModel, entry: InstanceKeyword) -> None:
         for number in model.flat.elements_of(keyword.parameter("elset"), scope, keyword.location())
     ]
     if not elements:
-        raise ValueError(f"{keyword.location()}: *DISTRIBUTING COUPLING names no DCOUP3D element; give one.")
+        raise keyword.error("names no DCOUP3D element; give one.")
     weights: dict[int, float] = {}
     for k, row in enumerate(keyword.data):
         for node in model.nodes_of(row[0], scope, keyword, k):
@@ -230,9 +231,7 @@ def _mpc(model: AbaqusModel, entry: InstanceKeyword) -> None:
         first, second = (model.nodes_of(word, scope, keyword, k) for word in words)
         second = second * len(first) if len(second) == 1 else second
         if len(first) != len(second):
-            raise ValueError(
-                f"{keyword.location(k)}: *MPC {kind} of {len(first)} nodes to {len(second)}; give as many."
-            )
+            raise keyword.error(f"{kind} of {len(first)} nodes to {len(second)}; give as many.", k)
         for node, other in zip(first, second, strict=True):
             label = f"*MPC {kind} of node {model.flat.label(node)}"
             if kind == "BEAM":

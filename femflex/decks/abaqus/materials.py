@@ -156,9 +156,7 @@ class Materials:
             rho = parts["DENSITY"].real(parts["DENSITY"].data[0][0], 0, "a density") * u.density
         c = constants[:count]
         if len(c) < count:
-            raise ValueError(
-                f"{keyword.location()}: *ELASTIC, TYPE={kind} has {len(c)} constants; material {name!r} needs {count}."
-            )
+            raise keyword.error(f", TYPE={kind} has {len(c)} constants; material {name!r} needs {count}.")
         p, matrix = u.pressure, None
         if kind == "ISOTROPIC":
             values = {"E": c[0] * p, "nu": c[1], "density": rho}

@@ -78,19 +78,14 @@ class AbaqusModel(DeckModel):
         """Nodes named by a word. Raises ValueError if there are none."""
         nodes = self.flat.nodes_of(word, scope, keyword.location(row))
         if not nodes:
-            raise ValueError(
-                f"{keyword.location(row)}: *{keyword.name} names {word!r}, which holds no node of the deck; correct it."
-            )
+            raise keyword.error(f"names {word!r}, which holds no node of the deck; correct it.", row)
         return nodes
 
     def node_of(self, word: str, scope: str, keyword: Keyword, row: int | None = None) -> int:
         """The single node named by a word. Raises ValueError if it names none or several."""
         nodes = self.nodes_of(word, scope, keyword, row)
         if len(nodes) != 1:
-            raise ValueError(
-                f"{keyword.location(row)}: *{keyword.name} needs one node; {word!r} has {len(nodes)}. Name a single "
-                "node."
-            )
+            raise keyword.error(f"needs one node; {word!r} has {len(nodes)}. Name a single node.", row)
         return nodes[0]
 
     def placement(self, scope: str) -> Placement:

@@ -75,18 +75,13 @@ def _add(
         if changes[cell.number or 0][0] * _structural_mass(cell) + changes[cell.number or 0][1] <= -_structural_mass(
             cell
         ):
-            raise ValueError(
-                f"{keyword.location()}: *{keyword.name} leaves element {model.flat.label(cell.number or 0)} no mass; "
-                "correct it."
-            )
+            raise keyword.error(f"leaves element {model.flat.label(cell.number or 0)} no mass; correct it.")
 
 
 def _choice(keyword: Keyword, name: str, choices: tuple[str, ...], default: str) -> str:
     word = " ".join(keyword.parameter(name).upper().split()) or default
     if word not in choices:
-        raise ValueError(
-            f"{keyword.location()}: *{keyword.name} has {name.upper()}={word or 'none'}; give {', '.join(choices)}."
-        )
+        raise keyword.error(f"has {name.upper()}={word or 'none'}; give {', '.join(choices)}.")
     return word
 
 
@@ -97,14 +92,13 @@ def _check(cell: BuiltCell, label: str, keyword: Keyword, elset: str, units: str
     )
     if wrong_family or (by_volume and cell.family in LINE_FAMILIES):
         description = "by volume to beams or trusses" if by_volume else f"with UNITS={units} to a {cell.family}"
-        raise ValueError(
-            f"{keyword.location()}: *{keyword.name} adds mass {description}, element {label} of ELSET {elset!r}; "
-            f"{'give MASS PER LENGTH' if by_volume else 'give units that fit'}."
+        raise keyword.error(
+            f"adds mass {description}, element {label} of ELSET {elset!r}; "
+            f"{('give MASS PER LENGTH' if by_volume else 'give units that fit')}."
         )
     if not _structural_mass(cell) > 0:
-        raise ValueError(
-            f"{keyword.location()}: *{keyword.name}: element {label} of ELSET {elset!r} has no mass of its own; "
-            "give its material a density."
+        raise keyword.error(
+            f": element {label} of ELSET {elset!r} has no mass of its own; give its material a density."
         )
 
 

@@ -27,9 +27,9 @@ def read_masses(model: AbaqusModel, inputs: SectionInputs) -> None:
             components = [keyword.real(word, 0, "a mass") for word in [*keyword.data[0], *[""] * 6][:6]]
             M11, M12, M22, M13, M23, M33 = components
             if max(M11, M22, M33) - min(M11, M22, M33) > 1e-9 * M11 or M12 or M13 or M23:
-                raise ValueError(
-                    f"{keyword.location()}: *MASS, TYPE=ANISOTROPIC has {components}, which differ by direction; the "
-                    "mass of a point here is alike in all directions. Give one mass."
+                raise keyword.error(
+                    f", TYPE=ANISOTROPIC has {components}, which differ by direction; the mass of a point here is "
+                    "alike in all directions. Give one mass."
                 )
         if m < 0:
             raise ValueError(f"{keyword.location(0)}: the mass is {m:.6g} kg; a mass cannot be negative.")
@@ -105,12 +105,10 @@ def _joint(model: AbaqusModel, inputs: SectionInputs, joint: InstanceKeyword, en
     keyword = entry.keyword
     words = [word for word in keyword.data[0] if word] if keyword.data else []
     if len(keyword.data) < 2 or not words or not keyword.data[1][0]:
-        raise ValueError(
-            f"{keyword.location()}: *SPRING of *JOINT needs a component, and a stiffness in the next line."
-        )
+        raise keyword.error("of *JOINT needs a component, and a stiffness in the next line.")
     c = keyword.integer(words[0], 0, "a component") - 1
     if not 0 <= c < 6:
-        raise ValueError(f"{keyword.location(0)}: *SPRING has component {c + 1}; components are 1 to 6.")
+        raise keyword.error(f"has component {c + 1}; components are 1 to 6.", 0)
     stiffness = keyword.real(keyword.data[1][0], 1, "a stiffness")
     system = inputs.system(joint.keyword.parameter("orientation"), joint.scope, joint.keyword)
     for element in _elements_of_keyword(model, joint):
@@ -132,7 +130,7 @@ def _spring(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword) -
         is_axial = element.kind == "SPRINGA"
         k = next((j for j in range(0 if is_axial else 1, len(rows)) if rows[j] and rows[j][0]), None)
         if k is None:
-            raise ValueError(f"{keyword.location()}: *SPRING has no stiffness; give one.")
+            raise keyword.error("has no stiffness; give one.")
         stiffness = keyword.real(rows[k][0], k, "a stiffness")
         if not stiffness:
             model.findings.note(f"{keyword.location()}: springs of stiffness 0 are left out")

@@ -131,8 +131,8 @@ def _assign_section(
                 model, inputs, entry, elset, triangles > MAX_TRIANGLE_SHARE * len(cells)
             )
         else:
-            raise ValueError(
-                f"{keyword.location()}: *{keyword.name} is for other elements than those of ELSET {elset!r} "
+            raise keyword.error(
+                f"is for other elements than those of ELSET {elset!r} "
                 f"({', '.join(sorted({element.kind for element in cells}))}); give the section of their kind."
             )
     for element in cells:
@@ -143,9 +143,7 @@ def _assign_section(
 def _solids(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, elset: str) -> Make:
     scope, keyword = entry
     if "composite" in keyword.parameters:
-        raise ValueError(
-            f"{keyword.location()}: *SOLID SECTION, COMPOSITE is not read; give a shell section, or one material."
-        )
+        raise keyword.error(", COMPOSITE is not read; give a shell section, or one material.")
     material = inputs.materials(keyword.parameter("material"), keyword.location())
     solid_material = material.solid()
     system = inputs.system(keyword.parameter("orientation"), scope, keyword)
@@ -341,14 +339,9 @@ def _stiffness(model: AbaqusModel, entry: InstanceKeyword) -> PlateSection:
     keyword, u = entry.keyword, model.units
     c = [keyword.real(word, k, "a stiffness") for k, row in enumerate(keyword.data) for word in row if word]
     if "user" in keyword.parameters:
-        raise ValueError(
-            f"{keyword.location()}: *{keyword.name}, USER has its stiffness in a subroutine; give 21 stiffnesses, "
-            "MATERIAL or COMPOSITE."
-        )
+        raise keyword.error(", USER has its stiffness in a subroutine; give 21 stiffnesses, MATERIAL or COMPOSITE.")
     if len(c) < 21:
-        raise ValueError(
-            f"{keyword.location()}: *{keyword.name} has {len(c)} stiffnesses; give 21, or MATERIAL or COMPOSITE."
-        )
+        raise keyword.error(f"has {len(c)} stiffnesses; give 21, or MATERIAL or COMPOSITE.")
     K = np.zeros((6, 6))
     column, row = np.tril_indices(6)  # columns of the upper triangle
     K[row, column] = K[column, row] = c[:21]
@@ -419,7 +412,7 @@ def _plies(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword) ->
                 other = inputs.system(words[3], scope, keyword)
         plies.append(_Ply(t, material, angle, other))
     if not plies or any(ply.thickness <= 0 for ply in plies):
-        raise ValueError(f"{keyword.location()}: *{keyword.name}, COMPOSITE has no plies, or one without thickness.")
+        raise keyword.error(", COMPOSITE has no plies, or one without thickness.")
     return plies + plies[::-1] if "symmetric" in keyword.parameters else plies
 
 

@@ -77,7 +77,7 @@ def _boundary(model: AbaqusModel, entry: InstanceKeyword, state: State) -> None:
             components: tuple[int, ...] = NAMED_SUPPORTS[words[0].upper()]
         else:
             if not words or not words[0]:
-                raise ValueError(f"{keyword.location(k)}: *BOUNDARY names no component of {row[0]!r}; give 1 to 6.")
+                raise keyword.error(f"names no component of {row[0]!r}; give 1 to 6.", k)
             first = keyword.integer(words[0], k, "a component")
             last = keyword.integer(words[1], k, "a component") if len(words) > 1 and words[1] else first
             components = tuple(c - 1 for c in range(first, last + 1) if 1 <= c <= 6)

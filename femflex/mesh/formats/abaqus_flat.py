@@ -292,7 +292,7 @@ def _copied_elements(keyword: Keyword, previous: list[Element]) -> list[Element]
     for k, row in enumerate(keyword.data):
         values = [keyword.integer(word, k, "a number") if word else 0 for word in row]
         if values[0] not in by_number:
-            raise ValueError(f"{keyword.location(k)}: *ELGEN copies element {values[0]}, which is not defined before.")
+            raise keyword.error(f"copies element {values[0]}, which is not defined before.", k)
         values += [0] * (10 - len(values))
         copies = [by_number[values[0]]]
         check_count(math.prod(max(count, 1) for count in values[1::3]), keyword.location(k))
@@ -377,11 +377,11 @@ def _read_set(flat: FlatDeck, scope: str, keyword: Keyword) -> None:
 def _generated_range(flat: FlatDeck, keyword: Keyword, row: int, words: list[str], scope: str) -> Iterator[range]:
     """The range of a GENERATE line: first, last, step."""
     if len(words) < 2:
-        raise ValueError(f"{keyword.location(row)}: *{keyword.name}, GENERATE needs first, last and step; got {words}.")
+        raise keyword.error(f", GENERATE needs first, last and step; got {words}.", row)
     first, last, step = (keyword.integer(word, row, "a number") for word in [*words, "1"][:3])
     offset = flat.shifts[scope.upper()]
     try:
         numbers = inclusive_range(first, last, step)
     except ValueError as error:
-        raise ValueError(f"{keyword.location(row)}: *{keyword.name}, GENERATE: {error}") from None
+        raise keyword.error(f", GENERATE: {error}", row) from None
     yield range(numbers.start + offset, numbers.stop + offset, step)

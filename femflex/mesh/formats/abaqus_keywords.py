@@ -54,6 +54,10 @@ class Keyword:
         """File and line of the keyword, or of one of its data lines."""
         return f"{self.file}, line {self.line}" if row is None else f"{self.files[row]}, line {self.line_numbers[row]}"
 
+    def error(self, text: str, row: int | None = None) -> ValueError:
+        """An error with the location, and the name of the keyword before the text."""
+        return ValueError(f"{self.location(row)}: *{self.name}{'' if text[:1] in ',:' else ' '}{text}")
+
     def add(self, text: str, file: str, line: int) -> None:
         """Add a data line with its file and line number."""
         self.lines.append(text)
@@ -68,15 +72,13 @@ class Keyword:
             number = _float(word)
             if number is not None and math.isfinite(number) and number == int(number):
                 return int(number)
-            raise ValueError(
-                f"{self.location(row)}: *{self.name} has {word!r} where {what} belongs; it is no whole number."
-            ) from None
+            raise self.error(f"has {word!r} where {what} belongs; it is no whole number.", row) from None
 
     def real(self, word: str, row: int | None, what: str) -> float:
         """A word of a data line as a number, blank as zero; ValueError with its location if it is none."""
         number = _float(word) if word else 0.0
         if number is None:
-            raise ValueError(f"{self.location(row)}: *{self.name} has {word!r} where {what} belongs; it is no number.")
+            raise self.error(f"has {word!r} where {what} belongs; it is no number.", row)
         return number
 
 

@@ -77,13 +77,11 @@ class NodeReader:
             step = keyword.integer(words[2] or "1", k, "an increment")
             a, b = (self._position(number, keyword, k) for number in (first, last))
             if step == 0 or (last - first) % step or (last - first) // step < 1:
-                raise ValueError(f"{keyword.location(k)}: *NGEN goes from node {first} to {last} in steps of {step}.")
+                raise keyword.error(f"goes from node {first} to {last} in steps of {step}.", k)
             count = (last - first) // step
             check_count(count, keyword.location(k))
             if kind == "P":
-                raise ValueError(
-                    f"{keyword.location(k)}: *NGEN on a parabola (LINE=P) is not read; write the nodes out."
-                )
+                raise keyword.error("on a parabola (LINE=P) is not read; write the nodes out.", k)
             if kind == "C":
                 number = words[3]
                 centre = (
@@ -103,7 +101,7 @@ class NodeReader:
     def _nfill(self, keyword: Keyword) -> list[int]:
         """Nodes on straight lines from each node of one set to that of another."""
         if float(keyword.parameter("bias") or 1) != 1 or keyword.parameter("singular"):
-            raise ValueError(f"{keyword.location()}: *NFILL with BIAS or SINGULAR is not read; write the nodes out.")
+            raise keyword.error("with BIAS or SINGULAR is not read; write the nodes out.")
         numbers = []
         for k, row in enumerate(keyword.data):
             words = [*row, "", "", "", ""]
@@ -121,9 +119,7 @@ class NodeReader:
 
     def _position(self, number: int, keyword: Keyword, row: int) -> Array:
         if number not in self.nodes:
-            raise ValueError(
-                f"{keyword.location(row)}: *{keyword.name} uses node {number}, which is not defined before."
-            )
+            raise keyword.error(f"uses node {number}, which is not defined before.", row)
         return self.nodes[number]
 
 
