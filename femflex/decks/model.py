@@ -17,12 +17,14 @@ from femflex.decks.findings import Findings, Location
 from femflex.decks.units import Units
 from femflex.fem import Bushing, Member, MultiPointConstraint, PointMass, Rigid, ScalarSpring, Support
 from femflex.fem.connections.connection import Connection
+from femflex.fem.point_mass import DeckMass
 from femflex.fem.support import COMPONENTS, Rows
 from femflex.mesh.check import reorient_solids
 
 NODE_MEMBERS = {"lone_nodes": False, "lone_nodes_turning": True}  # group -> whether its nodes have rotations
 Components = tuple[int, ...]  # 1 to 6
 MASSLESS = 1e-18  # [s^2/m^2] mass per length over EA given to bars without mass
+NO_MASS = 1e-9  # [kg] given to inertias without mass
 LARGE_EXTENT = 1e9  # [m] of a beam whose deck decides whether it has transverse shear
 MAX_TRIANGLE_SHARE = 0.2  # share of triangles in a property above which they become flat facets with a quadratic field
 
@@ -35,6 +37,7 @@ class DeckModel:
     required, required_turning   nodes whose displacements, and rotations, masses, springs and equations need
     depending                    (node, component 1 to 6) -> what makes it dependent
     free_points                  rows of points with displacements that are no nodes of the deck
+    masses                       node, mass [kg], inertia, offset [m], name and location of every mass
     """
 
     findings: Findings = field(default_factory=Findings)
@@ -48,6 +51,7 @@ class DeckModel:
     required_turning: set[int] = field(default_factory=set)
     depending: dict[tuple[int, int], str] = field(default_factory=dict)
     free_points: list[int] = field(default_factory=list)
+    masses: list[tuple[int, float, Array | None, Array, str, Location]] = field(default_factory=list)
 
     def x(self, node: int) -> Array:
         """Position (3,) of a node [m]."""
@@ -119,6 +123,58 @@ class DeckModel:
         self.required.update([node, *leaders])
         turns = np.asarray(matrix.reshape(len(matrix), len(leaders), 2, 3)[:, :, 1].any(axis=(0, 2)))
         self.required_turning.update(leaders[k] for k in np.flatnonzero(turns).tolist())
+
+    def equation(
+        self, terms: Sequence[tuple[int, int, float]], axes: Callable[[int], Array], length: float
+    ) -> tuple[list[int], Array]:
+        """Leaders and matrix (1, 6 n) of an equation: the sum of factors times components (1 to 6) of nodes along their
+        axes is zero, and the first component is dependent. length: the deck's unit [m], in factors between a
+        displacement and a rotation."""
+        (node, component, first), *others = terms
+        leaders = list(dict.fromkeys(other for other, _, _ in others)) or [node]
+        matrix = np.zeros((1, 6 * len(leaders)))
+        for other, c, factor in others:
+            start = 6 * leaders.index(other) + (3 if c > 3 else 0)
+            unit = length ** (int(component <= 3) - int(c <= 3))
+            matrix[0, start : start + 3] -= factor / first * unit * axes(other)[(c - 1) % 3]
+        return leaders, matrix
+
+    def link(self, node: int, other: int, component: int, axes: Array) -> tuple[list[int], Array]:
+        """Leaders and matrix (1, 12) that keep the distance of two nodes by a component (1 to 3) of the first along its
+        axes."""
+        t = self.x(other) - self.x(node)
+        own = axes[component - 1]
+        matrix = np.zeros((1, 12))
+        matrix[0, :3] = t / (own @ t)
+        matrix[0, 6:9] = own - matrix[0, :3]
+        return [other, node], matrix
+
+    def add_mass(
+        self, node: int, mass: float, inertia: Array | None, offset: Array, label: str, location: Location
+    ) -> None:
+        """Add a mass [kg] with an inertia (3, 3) [kg m^2] about its centre at an offset (3,) [m] from a node."""
+        inertia = inertia if inertia is not None and inertia.any() else None
+        if not mass and inertia is None:
+            return
+        self.masses.append((node, mass, inertia, offset, label, location))
+        self.required.add(node)
+        if inertia is not None or offset.any():
+            self.required_turning.add(node)
+
+    def finish_masses(self) -> None:
+        """Create the point masses, once it is known which nodes have rotations."""
+        for node, mass, inertia, offset, label, location in self.masses:
+            if node not in self.turning and (inertia is not None or offset.any()):
+                words = " and ".join(["inertia"] * (inertia is not None) + ["offset"] * bool(offset.any()))
+                text = "its node has no rotation (solids, rods): its mass acts at the node"
+                self.findings.unused(f"{label.split(' ')[0]} {words}", text, location)
+                inertia, offset = None, np.zeros(3)
+            if not mass and inertia is None:
+                continue
+            if not mass:
+                self.findings.note(f"{label} has an inertia and no mass; it gets {NO_MASS:g} kg")
+            places: dict[str, Any] = {"inertia": inertia, "offset": tuple(offset)}
+            self.point_masses.append(DeckMass(group=self.group(node), mass=mass or NO_MASS, **places))
 
     def spring_term(self, node: int, turns: bool, direction: Array) -> tuple[str, Any, tuple[float, float, float]]:
         """A term of a ScalarSpring: the translation or the rotation of a node along a direction (3,), with its

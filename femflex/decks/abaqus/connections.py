@@ -241,7 +241,7 @@ def _mpc(model: AbaqusModel, entry: InstanceKeyword) -> None:
                 _link(model, node, other, label, keyword)
                 continue
             components = ALL if kind == "TIE" else (0, 1, 2)
-            _add_multi_point(model, node, components, {other: np.eye(6)[list(components)]}, label, keyword)
+            _add_multi_point(model, node, components, [other], np.eye(6)[list(components)], label, keyword)
 
 
 def _link(model: AbaqusModel, node: int, other: int, label: str, keyword: Keyword) -> None:
@@ -250,10 +250,7 @@ def _link(model: AbaqusModel, node: int, other: int, label: str, keyword: Keywor
     if not np.linalg.norm(t) > 0:
         raise ValueError(f"{label}: its two nodes are at one place; give TIE or PIN.")
     c = int(np.abs(t).argmax())
-    row = np.concatenate([t / t[c], np.zeros(3)])
-    own_row = -row
-    own_row[c] = 0.0
-    _add_multi_point(model, node, (c,), {other: row[None], node: own_row[None]}, label, keyword)
+    _add_multi_point(model, node, (c,), *model.link(node, other, c + 1, BASIC), label, keyword)
 
 
 def _equation(model: AbaqusModel, transforms: Transforms, entry: InstanceKeyword) -> None:
@@ -298,20 +295,17 @@ def _equation_of(
     terms = [_rotation_term(model, *term) for term in terms]
     (node, c, first), *others = terms
     if not first or not 0 <= c < 6:
-        raise ValueError(
-            f"{keyword.location(row)}: the first term of an equation is the dependent component; found factor "
-            f"{first:g} and component {c + 1}. Give a factor other than 0 and a component of 1 to 6."
-        )
-    length = model.units.length
-    matrix: dict[int, Array] = {}
-    for other, k, factor in others:
-        if not 0 <= k < 6:
-            raise ValueError(f"{keyword.location(row)}: component {k + 1} of an equation is not one of 1 to 6.")
-        unit = length ** ((1 if c < 3 else 0) - (1 if k < 3 else 0))
-        coefficients = matrix.setdefault(model.representative(other), np.zeros((1, 6)))
-        block = 3 * (k // 3)
-        coefficients[0, block : block + 3] -= factor / first * unit * axes(other)[k % 3]
-    _add_multi_point(model, node, (c,), matrix, f"*EQUATION at {location_of(keyword, row)}", keyword, axes(node))
+        raise keyword.error(
+            f": the first term is the dependent component; found factor {first:g} and component {c + 1}. Give a factor "
+            "other than 0 and a component of 1 to 6.", row
+        )  # fmt: skip
+    if wrong := [k for _, k, _ in others if not 0 <= k < 6]:
+        raise keyword.error(f": component {wrong[0] + 1} is not one of 1 to 6.", row)
+    numbered = [(node, c + 1, first), *((model.representative(other), k + 1, factor) for other, k, factor in others)]
+    leaders, matrix = model.equation(numbered, axes, model.units.length)
+    _add_multi_point(
+        model, node, (c,), leaders, matrix, f"*EQUATION at {location_of(keyword, row)}", keyword, axes(node)
+    )
 
 
 def _rotation_term(model: AbaqusModel, node: int, c: int, factor: float) -> tuple[int, int, float]:
@@ -321,14 +315,13 @@ def _rotation_term(model: AbaqusModel, node: int, c: int, factor: float) -> tupl
 
 
 def _add_multi_point(
-    model: AbaqusModel, node: int, components: tuple[int, ...], matrix: dict[int, Array], label: str, keyword: Keyword,
-    axes: Array = BASIC,
+    model: AbaqusModel, node: int, components: tuple[int, ...], leaders: list[int], matrix: Array, label: str,
+    keyword: Keyword, axes: Array = BASIC,
 ) -> None:  # fmt: skip
     node = model.representative(node)
     if not model.depend(node, components, label, keyword):
         return
-    leaders = list(matrix) or [node]
-    values = np.hstack([matrix.get(other, np.zeros((len(components), 6))) for other in leaders])
-    model.add_equations(node, tuple(c + 1 for c in components), leaders, values, axes, label)
+    leaders = [model.representative(other) for other in leaders]
+    model.add_equations(node, tuple(c + 1 for c in components), leaders, matrix, axes, label)
     if any(c >= 3 for c in components):
         model.required_turning.add(node)

@@ -33,7 +33,6 @@ class AbaqusModel(DeckModel):
     override: Overrides
     rotation_nodes: dict[int, int] = field(default_factory=dict)
     merged: dict[int, int] = field(default_factory=dict)  # tied node -> the node it coincides with
-    lumped: dict[int, tuple[float, Array | None, str]] = field(default_factory=dict)  # mass, inertia, location by node
     # mass of sections given by stiffness, by ELSET [kg/m^2]
     area_masses: dict[str, float] = field(default_factory=dict)
     bare_sections: dict[str, str] = field(default_factory=dict)  # ELSETs of such sections without mass -> location

@@ -8,17 +8,16 @@ from femflex.arrays import Array
 from femflex.decks.abaqus.model import AbaqusModel, location_of
 from femflex.decks.abaqus.sections import SectionInputs
 from femflex.fem.bushing import spring
-from femflex.fem.point_mass import DeckMass, check_inertia
+from femflex.fem.point_mass import check_inertia
 from femflex.mesh.formats.abaqus_flat import Element, InstanceKeyword
-
-NO_MASS = 1e-9  # kg, given to inertias without mass
+from femflex.mesh.formats.abaqus_keywords import Keyword
 
 
 def read_masses(model: AbaqusModel, inputs: SectionInputs) -> None:
     """Add masses and inertias of nodes; those of one node are combined."""
     masses: dict[int, float] = {}
     inertias: dict[int, Array] = {}
-    location_of_node: dict[int, str] = {}
+    keyword_of_node: dict[int, Keyword] = {}
 
     def mass(entry: InstanceKeyword) -> None:
         keyword = entry.keyword
@@ -36,7 +35,7 @@ def read_masses(model: AbaqusModel, inputs: SectionInputs) -> None:
         for element in _elements_of_keyword(model, entry):
             node = model.representative(element.nodes[0])
             masses[node] = masses.get(node, 0.0) + m
-            location_of_node[node] = keyword.location()
+            keyword_of_node[node] = keyword
 
     def inertia(entry: InstanceKeyword) -> None:
         scope, keyword = entry
@@ -52,30 +51,13 @@ def read_masses(model: AbaqusModel, inputs: SectionInputs) -> None:
             if system is None:
                 axes = axes @ model.placement(scope).C.T
             inertias[node] = inertias.get(node, np.zeros((3, 3))) + axes.T @ J @ axes
-            location_of_node[node] = keyword.location()
+            keyword_of_node[node] = keyword
 
     model.for_each_keyword(mass, "MASS")
     model.for_each_keyword(inertia, "ROTARY INERTIA")
-    model.required.update(masses, inertias)
-    model.required_turning.update(inertias)
-    model.lumped = {
-        node: (masses.get(node, 0.0), inertias.get(node), location_of_node[node]) for node in location_of_node
-    }
-
-
-def finish_masses(model: AbaqusModel) -> None:
-    """Create the point masses, once it is known which nodes have rotations."""
-    for node, (mass, inertia, location) in model.lumped.items():
-        if inertia is not None and inertia.any():
-            if mass <= 0:
-                model.findings.note(
-                    f"{location}: node {model.flat.label(node)} has an inertia and no mass; it gets {NO_MASS:g} kg"
-                )
-        elif mass <= 0:
-            continue
-        else:
-            inertia = None
-        model.point_masses.append(DeckMass(group=model.group(node), mass=max(mass, NO_MASS), inertia=inertia))
+    for node, keyword in keyword_of_node.items():
+        label = f"{keyword.location()}: node {model.flat.label(node)}"
+        model.add_mass(node, masses.get(node, 0.0), inertias.get(node), np.zeros(3), label, location_of(keyword))
 
 
 def read_springs(model: AbaqusModel, inputs: SectionInputs) -> None:

@@ -12,7 +12,7 @@ from femflex.decks.abaqus.loads import read_loads
 from femflex.decks.abaqus.materials import Materials
 from femflex.decks.abaqus.model import AbaqusModel
 from femflex.decks.abaqus.nonstructural_mass import read_nonstructural_mass
-from femflex.decks.abaqus.points import finish_masses, read_masses, read_springs
+from femflex.decks.abaqus.points import read_masses, read_springs
 from femflex.decks.abaqus.sections import SectionInputs, read_elements
 from femflex.decks.abaqus.supports import read_supports
 from femflex.decks.abaqus.surfaces import read_surfaces
@@ -66,7 +66,7 @@ def read_abaqus_deck(path: Path, units: Units, overrides: Values) -> Deck:
     read_masses(model, inputs)
     read_springs(model, inputs)
     model.add_lone_nodes()
-    finish_masses(model)
+    model.finish_masses()
     supports, default = read_supports(model, transforms)
     loads = read_loads(model, surfaces, transforms)
     _add_set_groups(model)

@@ -11,8 +11,6 @@ from femflex.fem import MultiPointConstraint
 from femflex.fem.point_mass import DeckMass, check_inertia
 from femflex.fem.support import COMPONENTS
 
-NO_MASS = 1e-6  # mass given to an inertia without mass, relative to the total mass
-
 
 def read_masses(model: NastranModel) -> None:
     """Add the concentrated masses of a deck to the model."""
@@ -47,15 +45,7 @@ def _add(model: NastranModel, card: Card, grid: int, mass: float, inertia: Array
         model.bulk.findings.unused(card.name, "no mass and no inertia; nothing is left out", card.location)
         return
     check_inertia(inertia, f"the inertia of {card}")
-    if not mass:
-        model.inertias.append((grid, inertia, card))
-        model.required.add(grid)
-        model.required_turning.add(grid)
-        return
-    model.masses.append((grid, mass, inertia if inertia.any() else None, offset, card))
-    model.required.add(grid)
-    if inertia.any() or offset.any():
-        model.required_turning.add(grid)
+    model.add_mass(grid, mass, inertia, offset if mass else np.zeros(3), str(card), card.location)
 
 
 def _conm1(model: NastranModel, card: Card) -> None:
@@ -165,24 +155,3 @@ def _add_along(model: NastranModel, grid: int, component: int, mass: float, card
         f"the mass of {card} moves in component {component} of grid {grid}; in the other directions it is fixed "
         "to the body's frame"
     )
-
-
-def finish_masses(model: NastranModel, total: float) -> None:
-    """Create the point masses, once it is known which grids have rotations; total: mass of all other parts [kg]."""
-    findings = model.bulk.findings
-    for grid, mass, inertia, offset, card in model.masses:
-        if grid not in model.turning and (inertia is not None or offset.any()):
-            omitted = "inertia" if inertia is not None else "offset"
-            findings.unused(
-                f"{card.name} {omitted}" + (" and offset" if inertia is not None and offset.any() else ""),
-                "its grid has no rotation (solids, rods): its mass acts at the grid", card.location,
-            )  # fmt: skip
-            inertia, offset = None, np.zeros(3)
-        model.point_masses.append(DeckMass(group=model.group(grid), mass=mass, inertia=inertia, offset=tuple(offset)))
-    for grid, inertia, card in model.inertias:
-        if grid not in model.turning:
-            findings.unused(f"{card.name} inertia", "its grid has no rotation; the inertia is left out", card.location)
-            continue
-        substitute_mass = NO_MASS * max(total, 1e-9)
-        findings.note(f"{card} has an inertia and no mass; it gets {substitute_mass:.3g} kg")
-        model.point_masses.append(DeckMass(group=model.group(grid), mass=substitute_mass, inertia=inertia))

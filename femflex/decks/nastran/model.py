@@ -31,8 +31,6 @@ class NastranModel(DeckModel):
     twisting: list[tuple[int, int, float, Card]] = field(default_factory=list)  # rods: grids, GJ / L [N m], card
     middles: dict[tuple[int, int], int] = field(default_factory=dict)  # edge between grids -> row of its middle
     incomplete: set[str] = field(default_factory=set)  # kinds of elements with some middle nodes left out
-    masses: list[tuple[int, float, Array | None, Array, Card]] = field(default_factory=list)
-    inertias: list[tuple[int, Array, Card]] = field(default_factory=list)  # without mass
     springs: list[tuple[Bushing | ScalarSpring, list[int], bool, Card]] = field(default_factory=list)  # grids, turns
     # grid points that stand for scalar points -> the components that exist
     scalar_points: dict[int, set[int]] = field(default_factory=dict)

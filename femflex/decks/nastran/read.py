@@ -13,7 +13,7 @@ from femflex.decks.nastran.bulk import bulk_of
 from femflex.decks.nastran.grids import Grids
 from femflex.decks.nastran.line_elements import read_line_elements
 from femflex.decks.nastran.loads import read_loads
-from femflex.decks.nastran.masses import finish_masses, read_masses
+from femflex.decks.nastran.masses import read_masses
 from femflex.decks.nastran.materials import Materials
 from femflex.decks.nastran.model import NastranModel
 from femflex.decks.nastran.nonstructural_mass import NonstructuralMass
@@ -69,7 +69,7 @@ def read_nastran_deck(path: Path, units: Units, overrides: Values) -> Deck:
     fix_absent_components(model)
     model.add_lone_nodes()
     finish_springs(model)
-    finish_masses(model, 0.0)
+    model.finish_masses()
     supports, default = read_supports(model)
     loads = read_loads(model)
     _add_sets(model)

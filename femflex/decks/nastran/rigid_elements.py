@@ -169,13 +169,7 @@ def _rrod(model: NastranModel, card: Card) -> None:
         )
     if not model.depend(dependent, (c,), card):
         return
-    own_axes = model.grids.axes(dependent)
-    matrix = np.zeros((1, 12))
-    matrix[0, 0:3] = t / along
-    for k in range(3):
-        if k != c - 1:
-            matrix[0, 6:9] -= (own_axes[k] @ t) / along * own_axes[k]
-    _add_multi_point(model, card, dependent, (c,), [other, dependent], matrix)
+    _add_multi_point(model, card, dependent, (c,), *model.link(dependent, other, c, model.grids.axes(dependent)))
 
 
 def _rbe3(model: NastranModel, card: Card) -> None:
@@ -297,17 +291,9 @@ def _mpc(model: NastranModel, card: Card) -> None:
         return
     if any(c == 0 for _, c, _ in terms):
         raise ValueError(f"{card} names a grid point without a component")
-    (grid, component, first), *others = terms
+    grid, component, first = terms[0]
     if first == 0:
         raise ValueError(f"{card} has factor 0 at its first term, which is the dependent one")
     if not model.depend(grid, (component,), card):
         return
-    u = model.bulk.units
-    leaders = list(dict.fromkeys(g for g, _, _ in others)) or [grid]
-    matrix = np.zeros((1, 6 * len(leaders)))
-    for g, k, factor in others:
-        # a factor between a displacement and a rotation has the deck's unit of length
-        unit = u.length ** ((1 if component <= 3 else 0) - (1 if k <= 3 else 0))
-        start = 6 * leaders.index(g) + (3 if k > 3 else 0)
-        matrix[0, start : start + 3] -= factor / first * unit * model.grids.axes(g)[(k - 1) % 3]
-    _add_multi_point(model, card, grid, (component,), leaders, matrix)
+    _add_multi_point(model, card, grid, (component,), *model.equation(terms, model.grids.axes, model.bulk.units.length))
