@@ -14,6 +14,7 @@ from femflex.arrays import Array
 from femflex.decks.builder import Builder, direction_key
 from femflex.decks.deck import Deck, SupportSet
 from femflex.decks.findings import Findings, Location
+from femflex.decks.materials import Elastic
 from femflex.decks.units import Units
 from femflex.fem import Bushing, Member, MultiPointConstraint, PointMass, Rigid, ScalarSpring, Support
 from femflex.fem.connections.connection import Connection
@@ -234,9 +235,12 @@ class DeckModel:
 
     def deck(
         self, path: Path, solver: str, units: Units, supports: Mapping[str, SupportSet], default: tuple[str, ...],
-        **more: Any,
+        materials: Sequence[Elastic], bare_sections: tuple[str, ...] = (), **more: Any,
     ) -> Deck:  # fmt: skip
-        """The Deck of what has been read; more: further fields of it. Raises DeckError with all problems."""
+        """The Deck of what has been read; more: further fields of it. Raises DeckError with all problems.
+
+        bare_sections: names of sections that are given by their stiffness, without a mass
+        """
         self.findings.check(path)
         mesh = self.build.mesh()
         with warnings.catch_warnings():
@@ -245,6 +249,9 @@ class DeckModel:
         return Deck(
             path.name, solver, mesh, self.members(), tuple(self.point_masses), tuple(self.connections),
             tuple(self.bushings), supports, default, dict(self.build.row_of), units,
+            moduli=tuple(m.values[key] for m in materials for key in ("E", "E1") if m.values.get(key, 0.0) > 0),
+            densities=tuple(m.density for m in materials if m.density > 0), materials=tuple(m.name for m in materials),
+            weightless=(*((m.name, "density") for m in materials), *((n, "nonstructural_mass") for n in bare_sections)),
             used=dict(sorted(self.findings.used.items())), unused=self.findings.left_out, notes=self.findings.notes,
             **more,
         )  # fmt: skip

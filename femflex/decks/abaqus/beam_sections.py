@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from femflex.decks.abaqus.materials import Elastic
 from femflex.decks.abaqus.model import AbaqusModel
+from femflex.decks.materials import Elastic
 from femflex.decks.model import MASSLESS
 from femflex.fem.sections import profiles
 from femflex.fem.sections.library import StiffnessSection

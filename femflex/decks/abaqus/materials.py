@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from femflex.arrays import Array
 from femflex.decks.abaqus.model import AbaqusModel, location_of
-from femflex.fem.sections.laminates import Lamina
-from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
+from femflex.decks.materials import Elastic
 from femflex.mesh.formats.abaqus_keywords import Keyword
 
 IGNORED_BEHAVIOUR = {  # keywords of a material that a linear elastic structure ignores
@@ -27,60 +24,11 @@ IGNORED_BEHAVIOUR = {  # keywords of a material that a linear elastic structure 
 MATERIAL_KEYWORDS = {"ELASTIC", "DENSITY", *IGNORED_BEHAVIOUR}
 COUNTS = {"ISOTROPIC": 2, "ISO": 2, "LAMINA": 4, "ENGINEERING CONSTANTS": 9, "ORTHO": 9, "ORTHOTROPIC": 9,
           "ANISO": 21, "ANISOTROPIC": 21}  # fmt: skip
-
-
-@dataclass(frozen=True, eq=False)
-class Elastic:
-    """A material by name: type of *ELASTIC, its values and density, in SI."""
-
-    name: str
-    kind: str
-    values: dict[str, float]
-    matrix: Array | None
-    keyword: Keyword
-
-    @property
-    def density(self) -> float:
-        """[kg/m^3]"""
-        return self.values["density"]
-
-    @property
-    def isotropic(self) -> bool:
-        """Whether the material is isotropic."""
-        return self.kind == "ISOTROPIC"
-
-    def solid(self) -> Material | Orthotropic | Anisotropic:
-        """The material for solids. Raises ValueError for LAMINA."""
-        v = self.values
-        if self.kind == "ISOTROPIC":
-            return Material(E=v["E"], nu=v["nu"], density=v["density"])
-        if self.kind == "ENGINEERING CONSTANTS":
-            return Orthotropic(**v)
-        if self.matrix is not None:
-            return Anisotropic(self.matrix, v["density"])
-        raise ValueError(f"material {self.name!r} is a lamina; solids need ENGINEERING CONSTANTS, ORTHO or ISOTROPIC")
-
-    def lamina(self) -> Lamina:
-        """The material in plane stress."""
-        v = self.values
-        if self.kind == "ISOTROPIC":
-            return Lamina.isotropic(Material(E=v["E"], nu=v["nu"], density=v["density"]))
-        if self.kind in ("LAMINA", "ENGINEERING CONSTANTS"):
-            shear = {key: v[key] or v["G12"] for key in ("G13", "G23")}
-            return Lamina(**{key: v[key] for key in ("E1", "E2", "G12", "nu12", "density")}, **shear)
-        assert self.matrix is not None
-        S = np.linalg.inv(self.matrix)  # order 11, 22, 33, 23, 13, 12
-        E1, E2 = 1 / S[0, 0], 1 / S[1, 1]
-        shear = {"G12": 1 / S[5, 5], "G13": 1 / S[4, 4], "G23": 1 / S[3, 3]}
-        return Lamina(E1=E1, E2=E2, nu12=-S[0, 1] * E1, density=v["density"], **shear)
-
-    def bar(self) -> tuple[float, float, float]:
-        """E [Pa], G [Pa] and density for beams and trusses."""
-        v = self.values
-        if self.kind == "ISOTROPIC":
-            return v["E"], v["E"] / (2 * (1 + v["nu"])), v["density"]
-        lamina = self.lamina()
-        return lamina.E1, lamina.G12, v["density"]
+NAMES = {  # of the constants, as keys of overrides
+    "ISOTROPIC": ("E", "nu"),
+    "LAMINA": ("E1", "E2", "nu12", "G12", "G13", "G23"),
+    "ENGINEERING CONSTANTS": ("E1", "E2", "E3", "nu12", "nu13", "nu23", "G12", "G13", "G23"),
+}
 
 
 class Materials:
@@ -158,28 +106,23 @@ class Materials:
         if len(c) < count:
             raise keyword.error(f", TYPE={kind} has {len(c)} constants; material {name!r} needs {count}.")
         p, matrix = u.pressure, None
-        if kind == "ISOTROPIC":
-            values = {"E": c[0] * p, "nu": c[1], "density": rho}
-        elif kind == "LAMINA":
-            c = [*constants[:6], 0.0, 0.0][:6]
-            values = _constants_by_name(("E1", "E2", "nu12", "G12", "G13", "G23"), c, p) | {"density": rho}
-        elif kind == "ENGINEERING CONSTANTS":
-            names = ("E1", "E2", "E3", "nu12", "nu13", "nu23", "G12", "G13", "G23")
-            values = _constants_by_name(names, c, p) | {"density": rho}
+        values = {"density": rho}
+        if kind in NAMES:
+            c = [*constants[:6], 0.0, 0.0][:6] if kind == "LAMINA" else c
+            values |= {n: x * (1.0 if n.startswith("nu") else p) for n, x in zip(NAMES[kind], c, strict=True)}
         else:
-            values, matrix = {"density": rho}, _matrix(kind, np.array(c) * p)
+            matrix = _matrix(kind, np.array(c) * p)
         values = self._model.override([name], values, keyword.location())
         if values["density"] < 0 or values.get("E", values.get("E1", 1.0)) <= 0:
             raise ValueError(
                 f"{keyword.location()}: material {name!r} has {values}; moduli must be positive and the density "
                 "not negative."
             )
-        self._by_name[name.upper()] = Elastic(name, kind, values, matrix, keyword)
-
-
-def _constants_by_name(names: tuple[str, ...], constants: list[float], pressure: float) -> dict[str, float]:
-    """Elastic constants by name, moduli in SI."""
-    return {n: x * (1.0 if n.startswith("nu") else pressure) for n, x in zip(names, constants, strict=True)}
+        if "E" in values:
+            values["G"] = values["E"] / (2 * (1 + values["nu"]))
+        for key in ("G13", "G23") if kind == "LAMINA" else ():
+            values[key] = values[key] or values["G12"]
+        self._by_name[name.upper()] = Elastic(name, f"material {name!r}", keyword.location(), values, matrix)
 
 
 def _matrix(kind: str, c: Array) -> Array:

@@ -74,7 +74,7 @@ def read_abaqus_deck(path: Path, units: Units, overrides: Values) -> Deck:
     materials = inputs.materials.all_materials()
     no_density = findings.note_no_mass(
         [*(m.density for m in materials), *model.area_masses.values()], [m.name for m in materials],
-        materials[0].keyword.location() if materials else "", model.bare_sections,
+        materials[0].location if materials else "", model.bare_sections,
     )  # fmt: skip
     model.override.report_unknown(findings, "material and no section of that name")
     if not model.build.cells and not model.moving and not findings.problems:
@@ -83,11 +83,9 @@ def read_abaqus_deck(path: Path, units: Units, overrides: Values) -> Deck:
             findings.problem(f"{count} elements of type {kind}: {consequence_of_type(kind)}", location)
         if not kinds:
             findings.problem(f"{path.name} has no elements; there is no structure to make")
-    weightless = (*((m.name, "density") for m in materials), *((n, "nonstructural_mass") for n in model.bare_sections))
     deck = model.deck(
-        path, "Abaqus", units, supports, default, materials=tuple(m.name for m in materials), loads=loads,
-        moduli=tuple(m.values.get("E", m.values.get("E1", 0.0)) for m in materials),
-        densities=tuple(m.density for m in materials), no_density=no_density, weightless=weightless,
+        path, "Abaqus", units, supports, default, materials, tuple(model.bare_sections), loads=loads,
+        no_density=no_density,
     )  # fmt: skip
     lone = NODE_MEMBERS.keys() & model.build.point_groups.keys()
     stiff = model.build.families() <= FULL_RANK_FAMILIES and not model.connections and not lone

@@ -13,9 +13,10 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.decks.abaqus.axes import System
 from femflex.decks.abaqus.beam_sections import beam_section, general_section, with_shear
-from femflex.decks.abaqus.materials import Elastic, Materials
+from femflex.decks.abaqus.materials import Materials
 from femflex.decks.abaqus.model import AbaqusModel
 from femflex.decks.builder import Builder, direction_key
+from femflex.decks.materials import Elastic
 from femflex.decks.model import LARGE_EXTENT, MASSLESS, MAX_TRIANGLE_SHARE
 from femflex.fem.plate.frames import same_side
 from femflex.fem.sections.laminates import PlateSection, Ply, layup

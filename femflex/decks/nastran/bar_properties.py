@@ -214,7 +214,7 @@ class BarProperties:
         positions = tuple(sorted(stations))
         if positions[0] != 0.0 or positions[-1] != 1.0:
             raise ValueError(f"{card} has stations at {positions}; they lie between 0 and 1")
-        E, G, rho = self._materials(card.integer(1)).bar()
+        E, G, rho = self._materials.bar(card.integer(1))
         return BarProperty(
             card.integer(0), positions, tuple(stations[x] for x in positions), K1, K2, E, G, rho, card, centroid, mass
         )

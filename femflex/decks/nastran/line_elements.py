@@ -251,7 +251,7 @@ def _bar_options(model: NastranModel, bar: BarProperty, card: Card) -> dict[str,
 def _rod_property(model: NastranModel, card: Card) -> Rod:
     """PROD: PID, MID, A, J, C, NSM; PTUBE: PID, MID, OD, T, NSM."""
     number, u, bulk = card.integer(0), model.bulk.units, model.bulk
-    E, G, rho = model.materials(card.integer(1)).bar()
+    E, G, rho = model.materials.bar(card.integer(1))
     if card.name == "PROD":
         A, J, nsm = card.real(2) * u.length**2, card.real(3, 0.0) * u.length**4, card.real(5, 0.0)
     else:
@@ -276,7 +276,7 @@ def _rod(model: NastranModel, card: Card, rods: ByNumber[Rod]) -> None:
 
 def _conrod(model: NastranModel, card: Card) -> None:
     u, bulk = model.bulk.units, model.bulk
-    E, G, rho = model.materials(card.integer(3)).bar()
+    E, G, rho = model.materials.bar(card.integer(3))
     A, J = card.real(4, 0.0) * u.length**2, card.real(5, 0.0) * u.length**4
     rod = Rod(E * A, G * J, rho * A + card.real(7, 0.0) * u.mass / u.length * bulk.wtmass)
     key = ("conrod", card.integer(3), A, J, rod.mass)

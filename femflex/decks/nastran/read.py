@@ -77,8 +77,8 @@ def read_nastran_deck(path: Path, units: Units, overrides: Values) -> Deck:
     all_materials = materials.all_materials()
     no_density = bulk.findings.note_no_mass(
         [m.density for m in all_materials],
-        [f"mat_{m.number}" for m in all_materials],
-        all_materials[0].card.location if all_materials else "",
+        [m.name for m in all_materials],
+        all_materials[0].location if all_materials else "",
     )
     bulk.override.report_unknown(
         bulk.findings,
@@ -86,21 +86,11 @@ def read_nastran_deck(path: Path, units: Units, overrides: Values) -> Deck:
     )
     if not model.build.cells and not model.moving and not bulk.findings.problems:
         bulk.findings.problem(f"{path.name} has no elements, masses or springs; there is no structure to make")
-    moduli, densities = _moduli_and_densities(materials)
-    names = tuple(f"mat_{material.number}" for material in all_materials)
     deck = model.deck(
-        path, "Nastran", units, supports, default, moduli=moduli, densities=densities, materials=names, loads=loads,
-        no_density=no_density, weightless=tuple((name, "density") for name in names),
+        path, "Nastran", units, supports, default, all_materials, loads=loads, no_density=no_density,
     )  # fmt: skip
     autospc = bulk.parameters.get("AUTOSPC")
     return deck if autospc is not None and autospc.word(1) == "NO" else with_autospc(deck)
-
-
-def _moduli_and_densities(materials: Materials) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Young's moduli and densities of all materials."""
-    values = [material.values for material in materials.all_materials()]
-    moduli = tuple(v[key] for v in values for key in ("E", "E1") if v.get(key, 0.0) > 0)
-    return moduli, tuple(v["density"] for v in values if v["density"] > 0)
 
 
 def _add_sets(model: NastranModel) -> None:

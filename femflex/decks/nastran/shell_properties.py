@@ -133,7 +133,7 @@ class ShellProperties:
 
         if rho * v["thickness"] + v["nonstructural_mass"] < 0:
             raise ValueError(f"{card} has a mass per area below zero; correct the density or the nonstructural mass")
-        isotropic = all(material is None or material.kind == 1 for material in (membrane, bending, shear, coupling))
+        isotropic = all(material is None or material.isotropic for material in (membrane, bending, shear, coupling))
         if not bending:
             self._bulk.findings.note(
                 f"{card} has no bending material (MID2): its elements are membranes without bending"
@@ -189,7 +189,7 @@ class ShellProperties:
         shift = z0 + section.thickness / 2
         if abs(shift) > 1e-9 * section.thickness:
             section = section.shifted(shift)
-        isotropic = all(self._materials(mid).kind == 1 for mid, _, _ in plies)
+        isotropic = all(self._materials(mid).isotropic for mid, _, _ in plies)
         return ShellProperty(card, section.thickness, section, isotropic)
 
     def _pshear(self, card: Card) -> ShellProperty:
@@ -197,7 +197,7 @@ class ShellProperties:
         number = card.integer(0)
         values = {"thickness": card.real(2) * self._bulk.units.length}
         t = self._bulk.override(self._names(number), values, str(card))["thickness"]
-        _, G, rho = self._materials(card.integer(1)).bar()
+        _, G, rho = self._materials.bar(card.integer(1))
         if not t > 0 or not G > 0:
             raise ValueError(f"{card} has thickness {t:.6g} m and G {G:.6g} Pa; both must be positive")
         if card.real(4, 0.0) or card.real(5, 0.0):

@@ -12,7 +12,7 @@ from femflex.decks.findings import BY_MATRICES
 from femflex.decks.nastran.bulk import ByNumber
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.model import NastranModel, with_middles
-from femflex.fem.sections.materials import Anisotropic, Material
+from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.formats.nastran import ELEMENTS
 from femflex.mesh.formats.nastran_cards import ORDER
@@ -24,7 +24,7 @@ KINDS = {card: cells for card, cells in ELEMENTS.items() if CELL_TYPES[cells[min
 class Solid:
     """A property of solids: its material, None of fluids, and the number of the material's coordinate system."""
 
-    material: Material | Anisotropic | None
+    material: Material | Orthotropic | Anisotropic | None
     system: int
 
 
@@ -40,7 +40,7 @@ def read_solid_elements(model: NastranModel) -> None:
         bulk.for_each_card(lambda card: _solid(model, card, properties, unsupported), name)
 
 
-def _material(model: NastranModel, card: Card, fluids: set[int]) -> Material | Anisotropic | None:
+def _material(model: NastranModel, card: Card, fluids: set[int]) -> Material | Orthotropic | Anisotropic | None:
     """The material of a PSOLID; None of a fluid."""
     if card.word(6) == "PFLUID" or card.integer(1) in fluids:
         return None
