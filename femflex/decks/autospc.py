@@ -6,9 +6,8 @@ import warnings
 from dataclasses import replace
 
 import numpy as np
-from scipy import sparse
 
-from femflex.arrays import Array, BoolArray, IntArray
+from femflex.arrays import BoolArray, IntArray
 from femflex.decks.deck import AUTOSPC, Deck
 from femflex.decks.findings import BY_MATRICES
 from femflex.fem import Structure, Support
@@ -37,58 +36,44 @@ def with_autospc(deck: Deck) -> Deck:
         return deck
     if not structure.K.diagonal().any():  # a rigid body
         return deck
-    points = np.array(sorted(deck.points_of_ids.values()), np.int64)
-    held = _held(deck, active, structure.translation.shape[0] // 3)
-    nodes_by_components: dict[tuple[str, ...], list[int]] = {}
-    askew = set[int]()
-    free, tilted = _without_stiffness(structure, points, held)
-    for node, components, is_tilted in zip(points.tolist(), free[points], tilted[points], strict=True):
-        if (components & ~held[node]).any():
-            words = tuple(word for word, flag in zip(COMPONENTS, components, strict=True) if flag)
-            nodes_by_components.setdefault(words, []).append(node)
-        if is_tilted:
-            askew.add(node)
-    notes = _notes(deck, nodes_by_components, askew)
-    if not nodes_by_components:
-        return replace(deck, notes=(*deck.notes, *notes))
-    groups = {f"{AUTOSPC}-{k}": np.array(nodes) for k, nodes in enumerate(nodes_by_components.values(), 1)}
-    supports = {f"{AUTOSPC}-{k}": Support(words) for k, words in enumerate(nodes_by_components, 1)}
-    return replace(
-        deck, mesh=deck.mesh.with_groups(points=groups), supports={**deck.supports, AUTOSPC: supports},
-        default_supports=(*deck.default_supports, AUTOSPC), notes=(*deck.notes, *notes),
-    )  # fmt: skip
-
-
-def _held(deck: Deck, active: dict[str, Support], n_points: int) -> BoolArray:
-    """Mask (n_points, 6) of the components along the axes of the deck that supports hold."""
-    held = np.zeros((n_points, 6), bool)
+    held = np.zeros((structure.translation.shape[0] // 3, 6), bool)
     for group, support in active.items():
         if support.axes == GLOBAL:
             for component in support.components:
                 held[deck.mesh.group_points(group), COMPONENTS.index(component)] = True
-    return held
-
-
-def _notes(deck: Deck, nodes_by_components: dict[tuple[str, ...], list[int]], askew: set[int]) -> list[str]:
-    """Notes on what is fixed, with the first MAX_SHOWN components and numbers of nodes, and on what is not."""
-    number_of_point = {row: number for number, row in deck.points_of_ids.items()}
-    texts, notes, count = [], [], 0
-    for words, nodes in nodes_by_components.items():
-        ids = sorted(number_of_point[node] for node in nodes)
-        texts.append(f"{', '.join(words)} at node{'s' if len(ids) > 1 else ''} {_first_texts(list(map(str, ids)))}")
-        count += len(words) * len(nodes)
-    if texts:
+    points = np.array(sorted(deck.points_of_ids.values()), np.int64)
+    free, askew = _without_stiffness(structure, points, held)
+    nodes_by_components: dict[tuple[str, ...], list[int]] = {}
+    for node in points[(free & ~held)[points].any(axis=1)].tolist():
+        words = tuple(word for word, flag in zip(COMPONENTS, free[node], strict=True) if flag)
+        nodes_by_components.setdefault(words, []).append(node)
+    notes = list(deck.notes)
+    if nodes_by_components:
+        numbers = {row: number for number, row in deck.points_of_ids.items()}
+        texts = [
+            f"{', '.join(words)} at node{'s' if len(nodes) > 1 else ''} "
+            f"{_first_texts([str(number) for number in sorted(numbers[node] for node in nodes)])}"
+            for words, nodes in nodes_by_components.items()
+        ]
+        count = sum(len(words) * len(nodes) for words, nodes in nodes_by_components.items())
         notes.append(
             f"{count} components of nodes have no stiffness and are fixed (as by AUTOSPC; set of supports "
             f"{AUTOSPC!r}): {_first_texts(texts, '; ', ' groups')}; if they shall move, connect these nodes by "
             "elements that resist there"
         )
-    if names := [name for point, name in deck.point_names().items() if point in askew]:
+    if names := [name for point, name in deck.point_names().items() if askew[point]]:
         notes.append(
             f"no stiffness at {_first_texts(names)} in a direction askew to the axes of the deck; it is not fixed as "
             f"by AUTOSPC. Support it, or {BY_MATRICES}"
         )
-    return notes
+    if not nodes_by_components:
+        return replace(deck, notes=tuple(notes))
+    groups = {f"{AUTOSPC}-{k}": np.array(nodes) for k, nodes in enumerate(nodes_by_components.values(), 1)}
+    supports = {f"{AUTOSPC}-{k}": Support(words) for k, words in enumerate(nodes_by_components, 1)}
+    return replace(
+        deck, mesh=deck.mesh.with_groups(points=groups), supports={**deck.supports, AUTOSPC: supports},
+        default_supports=(*deck.default_supports, AUTOSPC), notes=tuple(notes),
+    )  # fmt: skip
 
 
 def _first_texts(texts: list[str], separator: str = ", ", what: str = "") -> str:
@@ -105,13 +90,16 @@ def _without_stiffness(structure: Structure, points: IntArray, held: BoolArray) 
     """
     free, askew = np.zeros(held.shape, bool), np.zeros(len(held), bool)
     for kind, rows in enumerate((structure.translation, structure.rotation)):
-        part = slice(3 * kind, 3 * kind + 3)
-        block, motion = _blocks(structure.K, rows)
+        part, forces = slice(3 * kind, 3 * kind + 3), (rows @ structure.K).tocsr()
+        block, motion = np.zeros((len(held), 3, 3)), np.zeros((len(held), 3, 3))
+        for a, b in np.ndindex(3, 3):
+            block[:, a, b] = np.asarray(forces[a::3].multiply(rows[b::3]).sum(axis=1)).ravel()
+            motion[:, a, b] = np.asarray(rows[a::3].multiply(rows[b::3]).sum(axis=1)).ravel()
+        block = (block + block.swapaxes(1, 2)) / 2
         independent = np.abs(motion - np.eye(3)).max(axis=2) < MOTION_TOLERANCE
         stiffness = np.abs(block).max(axis=2)
         largest = stiffness.max(axis=1)
-        some = largest[points][largest[points] > 0]
-        median = float(np.median(some)) if len(some) else 0.0
+        median = float(np.median(largest[points][largest[points] > 0])) if largest[points].any() else 0.0
         # so that a rigid link makes no other node singular
         threshold = np.maximum(RATIO * np.minimum(largest, median), ROUNDING * largest)
         threshold = np.maximum(threshold, 1e-14 * largest.max(initial=0.0))
@@ -121,15 +109,3 @@ def _without_stiffness(structure: Structure, points: IntArray, held: BoolArray) 
         rest[:, range(3), range(3)] += ~moving * (1.0 + largest)[:, None]
         askew |= moving.any(axis=1) & (np.linalg.eigvalsh(rest)[:, 0] <= threshold)
     return free, askew
-
-
-def _blocks(K: sparse.csr_array, rows: sparse.csr_array) -> tuple[Array, Array]:
-    """Stiffness (n, 3, 3) of nodes in their three components, and products (n, 3, 3) of their motions by the dofs."""
-    n = rows.shape[0] // 3
-    forces = (rows @ K).tocsr()
-    block, motion = np.zeros((n, 3, 3)), np.zeros((n, 3, 3))
-    for a in range(3):
-        for b in range(3):
-            block[:, a, b] = np.asarray(forces[a::3].multiply(rows[b::3]).sum(axis=1)).ravel()
-            motion[:, a, b] = np.asarray(rows[a::3].multiply(rows[b::3]).sum(axis=1)).ravel()
-    return (block + block.swapaxes(1, 2)) / 2, motion

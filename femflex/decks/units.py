@@ -20,12 +20,7 @@ COMMON = ("m-kg-s", "mm-t-s", "mm-kg-ms", "mm-g-ms", "cm-g-s", "in-lbf-s", "ft-l
 MODULI = (1e3, 2e12)  # [Pa] Young's moduli of materials, foams and diamond included
 DENSITIES = (1.0, 25e3)  # [kg/m^3] of materials, foams and platinum included
 EXTENTS = (1e-3, 2e3)  # [m] of a body
-# [Pa], [kg/m^3], [m] of most structures
-USUAL_MODULI, USUAL_DENSITIES, USUAL_EXTENTS = (
-    (1e9, 5e11),
-    (500.0, 2e4),
-    (0.05, 100.0),
-)
+USUAL_MODULI, USUAL_DENSITIES, USUAL_EXTENTS = (1e9, 5e11), (500.0, 2e4), (0.05, 100.0)  # of most structures
 MASS_RANGE = (1e-6, 1e8)  # [kg] of a body
 
 
@@ -104,25 +99,33 @@ def implausible(
 ) -> list[str]:
     """Sentences on implausible Young's moduli [Pa], densities [kg/m^3], extent [m] and mass [kg], all in SI, with the
     common sets of units in which the values would be plausible."""
-    E, rho = [value for value in moduli if value > 0], [value for value in densities if value > 0]
-    findings = []
+    E, rho = list(moduli), list(densities)
+    outliers = _outliers(E, rho, extent, mass)
+    plausible_units = []
+    for name in COMMON if outliers and (E or rho) else ():
+        other = units_of(name)
+        values = [value / units.pressure * other.pressure for value in E]
+        densities_in_other = [value / units.density * other.density for value in rho]
+        if name != units.name and not _outliers(values, densities_in_other, extent / units.length * other.length):
+            plausible_units.append(name)
+    hint = f" In {' or '.join(plausible_units)} its materials and its size are usual." if plausible_units else ""
+    text = f"read in {units.name} it has {' and '.join(outliers)}; check the declared units.{hint}"
+    return [text] if outliers else []
+
+
+def _outliers(moduli: list[float], densities: list[float], extent: float, mass: float = 0.0) -> list[str]:
+    """Words on the value of each quantity that lies farthest from the usual ones, in SI; zero is passed over."""
+    words = []
     for quantity, values, (low, high), unit in (
-        ("a Young's modulus", E, MODULI, "Pa"),
-        ("a density", rho, DENSITIES, "kg/m^3"),
+        ("a Young's modulus", moduli, MODULI, "Pa"),
+        ("a density", densities, DENSITIES, "kg/m^3"),
         ("an extent", [extent], EXTENTS, "m"),
         ("a mass", [mass], MASS_RANGE, "kg"),
     ):
-        outliers = [value for value in values if value > 0 and not low <= value <= high]
-        if outliers:
-            worst = max(outliers, key=lambda value: abs(math.log(value / math.sqrt(low * high))))
-            findings.append(f"{quantity} of {worst:.4g} {unit} (usual are {low:.4g} to {high:.4g})")
-    if not findings:
-        return []
-    plausible_units = [
-        other for other in COMMON if other != units.name and _is_plausible_in(units, units_of(other), E, rho, extent)
-    ]
-    hint = f" In {' or '.join(plausible_units)} its materials and its size are usual." if plausible_units else ""
-    return [f"read in {units.name} it has {' and '.join(findings)}; check the declared units.{hint}"]
+        worst = max(values, key=lambda value: _decades_outside(value, low, high), default=0.0)
+        if _decades_outside(worst, low, high):
+            words.append(f"{quantity} of {worst:.4g} {unit} (usual are {low:.4g} to {high:.4g})")
+    return words
 
 
 def likely_units(moduli: Iterable[float], densities: Iterable[float], extent: float) -> tuple[str, str]:
@@ -152,16 +155,3 @@ def likely_units(moduli: Iterable[float], densities: Iterable[float], extent: fl
 def _decades_outside(value: float, low: float, high: float) -> float:
     """Decades by which a positive value lies outside a range."""
     return max(math.log10(low / value), math.log10(value / high), 0.0) if value > 0 else 0.0
-
-
-def _is_plausible_in(units: Units, other: Units, E: list[float], rho: list[float], extent: float) -> bool:
-    """Whether the values of a deck are plausible if read in other units."""
-    moduli = [value / units.pressure * other.pressure for value in E]
-    densities = [value / units.density * other.density for value in rho]
-    size = extent / units.length * other.length
-    return (
-        all(1e5 <= value <= MODULI[1] for value in moduli)
-        and all(DENSITIES[0] <= value <= DENSITIES[1] for value in densities)
-        and EXTENTS[0] <= size <= EXTENTS[1]
-        and bool(moduli or densities)
-    )

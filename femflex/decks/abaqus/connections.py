@@ -141,11 +141,10 @@ def _kinematic_coupling(model: AbaqusModel, inputs: SectionInputs, entry: Instan
 def _couplings(model: AbaqusModel, inputs: SectionInputs, surfaces: Surfaces) -> None:
     """Add every *COUPLING, with the *KINEMATIC or *DISTRIBUTING keyword that follows it."""
     head: InstanceKeyword | None = None
-    unpaired: list[InstanceKeyword] = []
+    unpaired: list[InstanceKeyword | None] = []
     for entry in model.flat.keywords:
         if entry.keyword.name == "COUPLING":
-            if head is not None:
-                unpaired.append(head)
+            unpaired.append(head)
             head = entry
         elif entry.keyword.name in ("KINEMATIC", "DISTRIBUTING"):
             if head is None:
@@ -155,14 +154,9 @@ def _couplings(model: AbaqusModel, inputs: SectionInputs, surfaces: Surfaces) ->
             model.findings.use(f"*{entry.keyword.name}")
             model.attempt(entry.keyword, partial(_coupling, model, inputs, surfaces, head, entry))
             head = None
-    if head is not None:
-        unpaired.append(head)
-    for entry in unpaired:
-        model.findings.unused(
-            f"*{entry.keyword.name}",
-            "a *COUPLING and one *KINEMATIC or *DISTRIBUTING after it make a coupling; parts may be unconnected",
-            location_of(entry.keyword),
-        )
+    text = "a *COUPLING and one *KINEMATIC or *DISTRIBUTING after it make a coupling; parts may be unconnected"
+    for lone in filter(None, [*unpaired, head]):
+        model.findings.unused(f"*{lone.keyword.name}", text, location_of(lone.keyword))
 
 
 def _coupling(

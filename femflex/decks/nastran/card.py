@@ -64,6 +64,10 @@ class Card:
         """Fields start to start + count - 1 as numbers, blank ones zero."""
         return [self.real(k, 0.0) for k in range(start, start + count)]
 
+    def pairs(self, *starts: int) -> dict[int, float]:
+        """Value by number, from the pairs of fields that begin at these fields and are filled."""
+        return {self.integer(k): self.real(k + 1, 0.0) for k in starts if self.has(k)}
+
     def is_integer(self, k: int) -> bool:
         """Whether field k is a whole number."""
         return re.fullmatch(r"[+-]?\d+", self.word(k)) is not None

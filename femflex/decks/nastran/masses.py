@@ -81,13 +81,8 @@ def _conm1(model: NastranModel, card: Card) -> None:
 def _add_scalar_masses(model: NastranModel) -> None:
     """Add the CMASS of single grids: equal masses in components 1 to 3 form a point mass, others move along one
     component; components 4 to 6 are inertias about the displacement axes."""
-    bulk, by_grid = model.bulk, dict[int, dict[int, tuple[float, Card]]]()
-    values = {
-        card.integer(k): card.real(k + 1, 0.0)
-        for card in bulk.cards_named("PMASS")
-        for k in (0, 2, 4, 6)
-        if card.has(k)
-    }
+    bulk, by_grid, values = model.bulk, dict[int, dict[int, tuple[float, Card]]](), dict[int, float]()
+    bulk.for_each_card(lambda card: values.update(card.pairs(0, 2, 4, 6)), "PMASS")
     for name in ("CMASS1", "CMASS2"):
         for card in bulk.cards_named(name, use=False):
             ends = [(card.integer(i, 0), card.components(i + 1)) for i in (2, 4)]

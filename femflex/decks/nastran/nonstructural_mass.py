@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from femflex.decks.findings import BY_MATRICES
 from femflex.decks.nastran.bulk import Bulk
 from femflex.decks.nastran.card import Card, FieldError, numbers_of
 from femflex.decks.nastran.shell_properties import KINDS as SHELLS
 
-LINE_CARDS = ("CBAR", "CBEAM", "CROD", "CTUBE", "CONROD")  # per length
 AREA_PROPERTIES = ("PSHELL", "PCOMP", "PCOMPG", "PSHEAR")
 LINE_PROPERTIES = ("PBAR", "PBARL", "PBEAM", "PBEAML", "PBCOMP", "PROD", "PTUBE")
 KINDS = ("ELEMENT", "ELSET", "CONROD", *AREA_PROPERTIES, *LINE_PROPERTIES)
 CARDS = ("NSM", "NSM1", "NSML", "NSML1", "NSMADD")  # of which NSM1 is read
 
 
-@dataclass(frozen=True)
-class _Element:
-    """An element that takes nonstructural mass: its number and property, its card, and whether it has an area."""
+class _Element(NamedTuple):
+    """The card of an element that takes nonstructural mass, and its property, 0 of a CONROD."""
 
-    number: int
-    pid: int
     card: str
-    has_area: bool
+    pid: int
 
 
 class NonstructuralMass:
@@ -38,12 +33,15 @@ class NonstructuralMass:
         selected = bulk.selected("NSM", defined)
         if cards and selected is not None and selected not in defined:
             bulk.findings.note(f"NSM set {selected} is in force, and the deck has no card of it; it adds no mass")
-        self._elements = {element.number: element for element in self._all_elements()} if cards else {}
+        takers = (*SHELLS, "CBAR", "CBEAM", "CROD", "CTUBE", "CONROD") if cards else ()
+        self._elements = {
+            card.integer(0): _Element(name, 0 if name == "CONROD" else int(card.word(1, card.word(0))))
+            for name in takers for card in bulk.cards_named(name, use=False) if card.is_integer(0)
+        }  # fmt: skip
         for card in cards:
             if card.is_integer(0) and card.integer(0) != selected:
-                bulk.findings.unused(
-                    card.name, f"of set {card.integer(0)}, which case control does not select", card.location
-                )
+                text = f"of set {card.integer(0)}, which case control does not select"
+                bulk.findings.unused(card.name, text, card.location)
                 continue
             bulk.findings.use(card.name)
             bulk.attempt(card, lambda card=card: self._add(card))  # type: ignore[misc]
@@ -54,68 +52,51 @@ class NonstructuralMass:
         """Mass that the cards add to an element, [kg/m^2] or [kg/m]; 0 if they do not name it."""
         return self._added.get(number, 0.0)
 
-    def _all_elements(self) -> Iterator[_Element]:
-        """The elements of the deck that take nonstructural mass."""
-        for name in (*SHELLS, *LINE_CARDS):
-            for card in self._bulk.cards_named(name, use=False):
-                if card.is_integer(0):
-                    number = card.integer(0)
-                    pid = card.integer(1) if name != "CONROD" and card.is_integer(1) else number
-                    yield _Element(number, pid, name, name in SHELLS)
-
     def _add(self, card: Card) -> None:
         """NSM1: SID, TYPE, VALUE, then numbers of elements, sets or properties, or ALL."""
         if card.name != "NSM1" or "DISTR" in card.words_from(3):
-            what = (
-                "is in force, and NSM1" if card.name != "NSM1" else "has DISTR, by volume or mass, and NSM1 without it"
-            )
+            what = "is in force" if card.name != "NSM1" else "has DISTR, by volume or mass"
             raise ValueError(
-                f"{card} {what} alone is read; give its masses by NSM1 of set {card.word(0)}, or {BY_MATRICES}"
+                f"{card} {what}, and NSM1 without DISTR alone is read; give its masses by NSM1 of set {card.word(0)}, "
+                f"or {BY_MATRICES}"
             )
-        unit, value = self._bulk.units, card.real(2) * self._bulk.units.mass * self._bulk.wtmass
-        elements = self._listed_elements(card, card.word(1))
-        if not elements:
-            raise ValueError(f"{card} names no element of the deck that takes nonstructural mass")
-        for element in elements:
-            added = value / unit.length ** (2 if element.has_area else 1)
-            self._added[element.number] = self._added.get(element.number, 0.0) + added
-            if element.has_area and self._added[element.number] < 0:
-                raise ValueError(
-                    f"{card} makes the nonstructural mass of element {element.number} negative; correct it"
-                )
+        value = card.real(2) * self._bulk.units.mass * self._bulk.wtmass
+        for number in self._listed_elements(card, card.word(1)):
+            has_area = self._elements[number].card in SHELLS
+            added = value / self._bulk.units.length ** (2 if has_area else 1)
+            self._added[number] = self._added.get(number, 0.0) + added
+            if has_area and self._added[number] < 0:
+                raise ValueError(f"{card} makes the nonstructural mass of element {number} negative; correct it")
 
-    def _listed_elements(self, card: Card, kind: str) -> list[_Element]:
-        """Elements that a card lists: by their numbers, by sets of case control, or by their properties."""
+    def _listed_elements(self, card: Card, kind: str) -> list[int]:
+        """Numbers of the elements that a card lists: by themselves, by sets of case control, or by properties."""
         if kind not in KINDS:
             raise FieldError(f"{card} has {kind!r} in field 3; nonstructural mass is read of {', '.join(KINDS)}")
-        fitting = [element for element in self._elements.values() if _fits(kind, element)]
+        fitting = {n: element for n, element in self._elements.items() if _fits(kind, element)}
         if card.word(3) == "ALL":
-            return fitting
-        by_number = {element.number: element for element in fitting}
+            return list(fitting)
+        sets = self._bulk.sets
+        known = {"ELSET": {*sets}, "ELEMENT": {*fitting}, "CONROD": {*fitting}}.get(
+            kind, {e.pid for e in fitting.values()}
+        )
+        listed = numbers_of(card, 3, known)
+        unknown = (
+            set(listed) - known if "THRU" not in card.words_from(3) else set()
+        )  # the ends of a range need not exist
         if kind == "ELSET":
-            sets = numbers_of(card, 3, self._bulk.sets)
-            numbers = [n for key in sets if key in self._bulk.sets for n in self._bulk.sets[key].among(by_number)]
-            _refuse_unknown(card, "set", set(sets) if not numbers else set(sets) - self._bulk.sets.keys())
-            return [by_number[n] for n in dict.fromkeys(numbers)]
-        if kind in ("ELEMENT", "CONROD"):
-            numbers = list(dict.fromkeys(numbers_of(card, 3, by_number)))
-            _refuse_unknown(card, "element", set(numbers) - by_number.keys())
-            return [by_number[n] for n in numbers]
-        pids = {element.pid for element in fitting}
-        listed_pids = set(numbers_of(card, 3, pids))
-        _refuse_unknown(card, "property", listed_pids - pids)
-        return [element for element in fitting if element.pid in listed_pids]
+            numbers = [n for key in listed if key in known for n in sets[key].among(fitting)]
+        elif kind in ("ELEMENT", "CONROD"):
+            numbers = [n for n in listed if n in known]
+        else:
+            numbers = [n for n, element in fitting.items() if element.pid in listed]
+        if unknown or not numbers:
+            number = min(unknown, default=card.word(3))
+            raise ValueError(f"{card} names {number}, of which the deck has no element that takes such mass")
+        return list(dict.fromkeys(numbers))
 
 
 def _fits(kind: str, element: _Element) -> bool:
     """Whether an element is of the kind that a card names."""
-    if kind in ("ELEMENT", "ELSET"):
-        return True
-    if kind == "CONROD" or element.card == "CONROD":
+    if kind == "CONROD" or (element.card == "CONROD" and kind not in ("ELEMENT", "ELSET")):
         return kind == element.card
-    return element.has_area == (kind in AREA_PROPERTIES)
-
-
-def _refuse_unknown(card: Card, kind: str, numbers: set[int]) -> None:
-    if numbers and "THRU" not in card.words_from(3):  # the ends of a range need not exist
-        raise ValueError(f"{card} names {kind} {min(numbers)}, of which the deck has no element that takes such mass")
+    return kind in ("ELEMENT", "ELSET") or (element.card in SHELLS) == (kind in AREA_PROPERTIES)

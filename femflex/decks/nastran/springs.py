@@ -19,13 +19,7 @@ def read_springs(model: NastranModel) -> None:
     """Add the springs of a deck to the model."""
     bulk = model.bulk
     values: dict[int, float] = {}
-
-    def pelas(card: Card) -> None:
-        for k in (0, 4):
-            if card.has(k):
-                values[card.integer(k)] = card.real(k + 1, 0.0)
-
-    bulk.for_each_card(pelas, "PELAS")
+    bulk.for_each_card(lambda card: values.update(card.pairs(0, 4)), "PELAS")
     for name in ("CELAS1", "CELAS2"):
         bulk.for_each_card(lambda card: _celas(model, card, values), name, use=False)
     _bushes(model)
@@ -39,14 +33,8 @@ def _axial_bush(model: NastranModel, card: Card, properties: ByNumber[Card]) -> 
     pid, ends, findings = card.integer(1, card.integer(0)), [card.integer(2), card.integer(3, 0)], model.bulk.findings
     if (property_card := properties(pid)) is None:
         return
-    if property_card.real(2, 0.0) or property_card.real(3, 0.0):
-        findings.unused(
-            "PBUSH1D C, M", "damping and mass of bushings are left out; give them in the case", property_card.location
-        )
-    if any(property_card.has(k) for k in range(8, len(property_card.fields))):
-        findings.unused(
-            "PBUSH1D tables", "a stiffness that depends on the motion is left out; K is used", property_card.location
-        )
+    if any(property_card.reals(2, 2)) or property_card.words_from(8):
+        findings.unused("PBUSH1D", "K alone is used; damping, mass and tables are left out", property_card.location)
     findings.use("PBUSH1D")
     ends = [g for g in ends if g]
     k = property_card.real(1, 0.0)
@@ -107,13 +95,9 @@ def _bushes(model: NastranModel) -> None:
             if word == "K":
                 words = [card.word(k + 1 + i) for i in range(6)]
                 K = np.array([1e12 if w == "RIGID" else card.real(k + 1 + i, 0.0) for i, w in enumerate(words)])
-            elif word in ("B", "GE"):
-                what = "damping" if word == "B" else "structural damping"
-                bulk.findings.unused(
-                    f"PBUSH {word}", f"{what} of bushings is left out; give damping in the case", card.location
-                )
-            elif word == "M" and card.real(k + 1, 0.0):
-                bulk.findings.unused("PBUSH M", "the mass of bushings is left out; give it by CONM2", card.location)
+            elif word in ("B", "GE") or (word == "M" and card.real(k + 1, 0.0)):
+                text = "damping and mass of bushings are left out; give damping in the case, and mass by CONM2"
+                bulk.findings.unused(f"PBUSH {word}", text, card.location)
         values = {f"K{i + 1}": float(K[i] * (u.spring if i < 3 else u.moment)) for i in range(6)}
         changed = bulk.override([f"pid_{card.integer(0)}"], values, str(card))
         return np.array([changed[f"K{i + 1}"] for i in range(6)])
