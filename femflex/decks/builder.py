@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -12,6 +13,9 @@ from numpy.typing import ArrayLike
 from femflex.arrays import Array
 from femflex.fem import Member
 from femflex.mesh import Mesh
+
+# Of a shell: its unit normal, its axis 1 (None: of no importance), and thicknesses at its corners (None: its section's)
+Around = tuple[Array, Array | None, tuple[float, ...] | None]
 
 EQUAL = 1e-9  # relative difference of values of cells that are treated as equal
 
@@ -85,12 +89,24 @@ class Builder:
         groups: Iterable[str] = (),
         number: int | None = None,
         fields: Mapping[str, Any] | None = None,
+        around: Around | None = None,
     ) -> None:
         """Add a cell to the member with this key, which is created on first use; `name` is that of its property.
 
         options belong to the member; fields are values of this cell by option: a number, one number per corner, or a
-        direction (axis). All cells of a member have fields for the same options.
+        direction (axis). All cells of a member have fields for the same options. around: of shells and plates; the
+        cells of a plate have one axis.
         """
+        if around is not None:
+            normal, axis, thickness = around
+            if axis is None and abs(normal[0]) > 0.999:  # the default axis would be normal to the surface
+                axis = np.array([0.0, 1.0, 0.0])
+            if family == "plate" and axis is not None:
+                options = {**(options or {}), "axis": tuple(float(c) for c in axis)}
+            elif family == "shell":
+                values = {"axis": axis, "thickness": thickness}
+                fields = {**(fields or {}), **{name: value for name, value in values.items() if value is not None}}
+            key = key, *(fields or ()), direction_key(axis, 6) if family == "plate" and axis is not None else ()
         cells = self.cells.setdefault(kind, [])
         row = len(cells)
         cells.append(rows)
@@ -189,3 +205,15 @@ def _field_options(fields: Mapping[str, Sequence[Mapping[str, Any]]]) -> dict[st
 def direction_key(v: ArrayLike, digits: int = 9) -> tuple[float, ...]:
     """A key of rounded components for a unit vector (3,): directions that differ by rounding have the same key."""
     return tuple(float(value) + 0.0 for value in np.round(np.asarray(v, float), digits))
+
+
+def shell_normal(x: Array, label: str) -> Array:
+    """Unit normal (3,) of a shell with corners x (3 or 4, 3). Raises ValueError, which begins with `label`, without
+    area."""
+    a, b = (x[2] - x[0], x[-1] - x[1]) if len(x) == 4 else (x[1] - x[0], x[2] - x[0])
+    (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()  # np.cross of one pair takes 50 times as long
+    normal, extent = np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]), x.max(axis=0) - x.min(axis=0)
+    size = math.sqrt(normal @ normal)
+    if not size > 1e-12 * float(extent @ extent):
+        raise ValueError(f"{label} has no area; correct its nodes")
+    return np.asarray(normal / size)

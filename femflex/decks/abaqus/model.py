@@ -65,13 +65,15 @@ class AbaqusModel(DeckModel):
         for entry in self.keywords_named(*names, use=use):
             self.attempt(entry.keyword, lambda entry=entry: action(entry))  # type: ignore[misc]
 
-    def attempt(self, keyword: Keyword, action: Callable[[], object]) -> None:
-        """Call the action for a keyword; a ValueError becomes a problem."""
+    def attempt(self, keyword: Keyword, action: Callable[[], object]) -> bool:
+        """Call the action for a keyword; a ValueError becomes a problem. Whether there was none."""
         try:
             action()
+            return True
         except ValueError as error:
             text = str(error)
             self.findings.problem(text, None if f"{keyword.file}, line" in text else location_of(keyword))
+            return False
 
     def nodes_of(self, word: str, scope: str, keyword: Keyword, row: int | None = None) -> list[int]:
         """Nodes named by a word. Raises ValueError if there are none."""

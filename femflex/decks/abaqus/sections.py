@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -15,7 +16,7 @@ from femflex.decks.abaqus.axes import System
 from femflex.decks.abaqus.beam_sections import beam_section, general_section, with_shear
 from femflex.decks.abaqus.materials import Materials
 from femflex.decks.abaqus.model import AbaqusModel
-from femflex.decks.builder import Builder, direction_key
+from femflex.decks.builder import Around, Builder, direction_key, shell_normal
 from femflex.decks.materials import Elastic
 from femflex.decks.model import LARGE_EXTENT, MASSLESS, MAX_TRIANGLE_SHARE
 from femflex.fem.plate.frames import same_side
@@ -63,101 +64,82 @@ class SectionInputs:
 
 def read_elements(model: AbaqusModel, inputs: SectionInputs) -> None:
     """Assign every element that is a cell the last section that names it, and add it to the model."""
-    section_of_element: dict[int, tuple[InstanceKeyword, Make]] = {}
-    failed: set[int] = set()  # elements whose section has errors
+    make_of_element: dict[int, tuple[InstanceKeyword, Make | None]] = {}  # None: of a section with errors
     for entry in model.keywords_named(*SECTION_KEYWORDS):
-        before = len(model.findings.problems)
-        model.attempt(entry.keyword, lambda entry=entry: _assign_section(model, inputs, entry, section_of_element))  # type: ignore[misc]
-        elset = entry.keyword.parameter("elset")
-        if len(model.findings.problems) > before and elset:
+        makes: dict[int, Make | None] = {}
+        if not model.attempt(entry.keyword, partial(_section, model, inputs, entry, makes)):
             with suppress(ValueError):
-                failed.update(model.flat.elements_of(elset, entry.scope, entry.keyword.location()))
+                makes = {element.number: None for element in _cells_of_section(model, entry)}
+        make_of_element |= {number: (entry, make) for number, make in makes.items()}
     without_section: dict[str, list[Element]] = {}
     for element in model.flat.elements.values():
         if not element.cell or element.number in model.flat_rigid:
             continue
-        if element.number in failed:
-            continue
-        if element.number not in section_of_element:
+        if element.number not in make_of_element:
             without_section.setdefault(element.kind, []).append(element)
             continue
-        entry, make = section_of_element[element.number]
-        model.attempt(entry.keyword, lambda make=make, element=element: make(model, element))  # type: ignore[misc]
+        entry, make = make_of_element[element.number]
+        if make is not None:
+            model.attempt(entry.keyword, partial(make, model, element))
     for kind, elements in without_section.items():
-        if kind.startswith((*PLANE_TYPES, "R3D", "SFM", "F3D", "RB", "R2D")) or kind in ("LINE2",):
+        if kind.startswith((*PLANE_TYPES, "R3D", "SFM", "F3D", "RB", "R2D", "LINE2")):
             continue  # reported by `report_unused`
+        dimension = CELL_TYPES[elements[0].cell].dimension
+        word = "SOLID" if dimension == 3 or kind[0] == "T" else "BEAM" if dimension == 1 else "SHELL"
         model.findings.problem(
             f"{len(elements)} elements of type {kind}, the first is {model.flat.label(elements[0].number)}, have no "
-            f"section; give one for an ELSET with them (*{_section_keyword(elements[0])} SECTION) "
+            f"section; give one for an ELSET with them (*{'MEMBRANE' if kind[0] == 'M' else word} SECTION) "
             f"[{elements[0].location}]"
         )
 
 
-def _section_keyword(element: Element) -> str:
-    """The kind of section keyword that an element needs."""
-    dimension = CELL_TYPES[element.cell].dimension
-    if dimension == 3 or element.kind.startswith("T"):
-        return "SOLID"
-    return "BEAM" if dimension == 1 else "MEMBRANE" if element.kind.startswith("M") else "SHELL"
+def _cells_of_section(model: AbaqusModel, entry: InstanceKeyword) -> list[Element]:
+    """Elements that are cells in the ELSET of a section."""
+    numbers = model.flat.elements_of(entry.keyword.parameter("elset"), entry.scope, entry.keyword.location())
+    return [model.flat.elements[number] for number in numbers if model.flat.elements[number].cell]
 
 
-def _assign_section(
-    model: AbaqusModel,
-    inputs: SectionInputs,
-    entry: InstanceKeyword,
-    section_of_element: dict[int, tuple[InstanceKeyword, Make]],
-) -> None:
-    scope, keyword = entry
-    elset = keyword.parameter("elset")
-    numbers = model.flat.elements_of(elset, scope, keyword.location())
-    cells = [model.flat.elements[number] for number in numbers if model.flat.elements[number].cell]
+def _section(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, found: dict[int, Make | None]) -> None:
+    """Add, by their numbers, how to make the elements of a section."""
+    keyword, elset = entry.keyword, entry.keyword.parameter("elset")
+    cells, makes = _cells_of_section(model, entry), dict[int, Make]()
     if not cells:
         model.findings.note(f"{keyword.location()}: ELSET {elset!r} of *{keyword.name} has no elements that are cells")
-        return
-    dimensions = {CELL_TYPES[element.cell].dimension for element in cells}
-    plane = any(element.kind.startswith(PLANE_TYPES) for element in cells)
-    make_of_dimension: dict[int, Make] = {}
-    for dimension in dimensions:
-        if keyword.name in ("BEAM SECTION", "BEAM GENERAL SECTION") and dimension == 1:
-            make_of_dimension[dimension] = _beams(model, inputs, entry, elset)
-        elif keyword.name == "SOLID SECTION" and dimension == 1:
-            make_of_dimension[dimension] = _trusses(model, inputs, entry, elset)
-        elif keyword.name == "SOLID SECTION" and dimension == 3:
-            make_of_dimension[dimension] = _solids(model, inputs, entry, elset)
-        elif dimension == 2 and plane and not keyword.name.startswith("BEAM"):
+    for dimension in {CELL_TYPES[element.cell].dimension for element in cells}:
+        if dimension == 2 and any(e.kind.startswith(PLANE_TYPES) for e in cells) and keyword.name[:4] != "BEAM":
             continue  # reported by `report_unused`
-        elif dimension == 2 and keyword.name.startswith(("SHELL", "MEMBRANE")):
+        if dimension == 2 and keyword.name.startswith(("SHELL", "MEMBRANE")):
             triangles = sum(_without_repeated_corner(element).cell == "triangle" for element in cells)
-            make_of_dimension[dimension] = _shells(
-                model, inputs, entry, elset, triangles > MAX_TRIANGLE_SHARE * len(cells)
-            )
-        else:
+            makes[2] = _shells(model, inputs, entry, elset, triangles > MAX_TRIANGLE_SHARE * len(cells))
+            continue
+        make = {("BEAM", 1): _beams, ("SOLID", 1): _trusses, ("SOLID", 3): _solids}.get(
+            (keyword.name.split(" ")[0], dimension)
+        )
+        if make is None:
             raise keyword.error(
                 f"is for other elements than those of ELSET {elset!r} "
                 f"({', '.join(sorted({element.kind for element in cells}))}); give the section of their kind."
             )
-    for element in cells:
-        if CELL_TYPES[element.cell].dimension in make_of_dimension:
-            section_of_element[element.number] = entry, make_of_dimension[CELL_TYPES[element.cell].dimension]
+        makes[dimension] = make(model, inputs, entry, elset)
+    dimensions = {element.number: CELL_TYPES[element.cell].dimension for element in cells}
+    found |= {number: makes[dimension] for number, dimension in dimensions.items() if dimension in makes}
 
 
 def _solids(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, elset: str) -> Make:
     scope, keyword = entry
     if "composite" in keyword.parameters:
         raise keyword.error(", COMPOSITE is not read; give a shell section, or one material.")
-    material = inputs.materials(keyword.parameter("material"), keyword.location())
-    solid_material = material.solid()
+    material = inputs.materials(keyword.parameter("material"), keyword.location()).solid()
     system = inputs.system(keyword.parameter("orientation"), scope, keyword)
 
     def make(model: AbaqusModel, element: Element) -> None:
         options: dict[str, Any] = {}
-        key: tuple[Any, ...] = ("solid", id(entry.keyword), scope)
-        if system is not None and not isinstance(solid_material, Material):
+        key: tuple[Any, ...] = ("solid", id(keyword), scope)
+        if system is not None and not isinstance(material, Material):
             centre = np.mean([model.x(n) for n in element.nodes], axis=0)
             options["axes"] = tuple(float(c) for c in system.axes_at(centre)[:2].ravel())
             key += direction_key(options["axes"], 6)
-        _add_cell(model, element, key, elset, "solid", None, solid_material, options)
-        model.moving.update(map(model.representative, element.nodes))
+        _add_cell(model, element, key, elset, "solid", None, material, options)
 
     return make
 
@@ -168,18 +150,14 @@ def _trusses(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, 
     area = keyword.real(keyword.data[0][0], 0, "an area") if keyword.data and keyword.data[0][0] else 1.0
     A = model.override([elset], {"area": area * model.units.length**2}, keyword.location())["area"]
     if not A > 0:
-        raise ValueError(f"{keyword.location()}: the area of trusses is {A:.6g} m^2; give a positive one.")
+        raise keyword.error(f": the area of trusses is {A:.6g} m^2; give a positive one.")
     section = CableSection(EA=E * A, mass_per_length=max(rho * A, MASSLESS * E * A))
 
     def make(model: AbaqusModel, element: Element) -> None:
-        a, b = element.nodes[:2]
-        parts = [(a, b)] if element.cell == "line" else [(a, element.nodes[2]), (element.nodes[2], b)]
-        for pair in parts:
-            model.build.cell(
-                "line", [model.row(n) for n in pair], ("rod", id(keyword), scope), elset, "rod", section, None, {}, (),
-                element.number,
-            )  # fmt: skip
-        model.moving.update(map(model.representative, element.nodes))
+        chain = [element.nodes[k] for k in ((0, 1) if element.cell == "line" else (0, 2, 1))]
+        for pair in pairwise(chain):
+            part = element._replace(cell="line", nodes=pair)
+            _add_cell(model, part, ("rod", id(keyword), scope), elset, "rod", section, None, {})
 
     return make
 
@@ -231,11 +209,7 @@ def _beams(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, el
             start, end, middle = cells[0][1]
             chain = _chain_of(model.build, start, middle, end)
             cells = [("line", list(pair)) for pair in pairwise(chain)] if len(chain) > 3 else cells
-        for cell, rows in cells:
-            model.build.cell(cell, rows, key, elset, "beam", beam.section, None, options, (), element.number)
-        nodes = set(map(model.representative, element.nodes))
-        model.moving.update(nodes)
-        model.turning.update(nodes)
+        _add_cell(model, element, key, elset, "beam", beam.section, None, options, cells=cells)
 
     return make
 
@@ -290,7 +264,9 @@ def _shells(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, e
 
     def make(model: AbaqusModel, element: Element) -> None:
         element = _without_repeated_corner(element)
-        normal, centre = _normal_and_centre(model, element)
+        x = np.array([model.x(n) for n in element.nodes[: CELL_TYPES[element.cell].n_corners]])
+        normal = shell_normal(x, f"{element.location}: shell {model.flat.label(element.number)}")
+        centre = x.mean(axis=0)
         scale, corners = factor, None
         if nodal_thickness:
             corners = _thicknesses(model, inputs, element, values["thickness"])
@@ -304,24 +280,10 @@ def _shells(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, e
         below = plate and not isotropic and not same_side(normal)
         section = section_of(scale if by_element else factor, angles, below)
         options: dict[str, Any] = {"offset": -offset * section.thickness} if has_offset else {}
-        fields: dict[str, Any] = {}
-        key: tuple[Any, ...] = (plate, id(keyword), scope, id(section))
-        if isotropic:  # the default axis would be normal to some surfaces
-            direction = np.array([0.0, 1.0, 0.0]) if abs(normal[0]) > 0.999 else None
-        else:
-            direction = axis
-        if plate and direction is not None:
-            options["axis"] = tuple(float(c) for c in direction)
-            key += direction_key(direction, 6)
-        elif direction is not None:
-            fields["axis"] = direction
-            key += ("axis",)
-        if corners is not None and not by_element:
-            fields["thickness"] = corners
-        _add_cell(model, element, key, elset, "plate" if plate else "shell", section, None, options, fields)
-        nodes = set(map(model.representative, element.nodes))
-        model.moving.update(nodes)
-        model.turning.update(nodes)
+        _add_cell(
+            model, element, (plate, id(keyword), scope, id(section)), elset, "plate" if plate else "shell", section,
+            None, options, around=(normal, None if isotropic else axis, None if by_element else corners),
+        )  # fmt: skip
 
     return make
 
@@ -362,18 +324,6 @@ def _adjacent_keyword(model: AbaqusModel, entry: InstanceKeyword, name: str) -> 
     """The keyword with this name directly after a section keyword, if any."""
     pairs = zip(model.flat.keywords, model.flat.keywords[1:], strict=False)
     return next((after.keyword for before, after in pairs if before is entry and after.keyword.name == name), None)
-
-
-def _normal_and_centre(model: AbaqusModel, element: Element) -> tuple[Array, Array]:
-    """Unit normal and centre (3,) of a shell. Raises ValueError if it has no area."""
-    x = np.array([model.x(n) for n in element.nodes[: CELL_TYPES[element.cell].n_corners]])
-    normal = np.cross(x[2] - x[0], x[-1] - x[1]) if len(x) == 4 else np.cross(x[1] - x[0], x[2] - x[0])
-    size = np.linalg.norm(normal)
-    if not size > 1e-12 * float(np.linalg.norm(np.ptp(x, axis=0))) ** 2:
-        raise ValueError(
-            f"{element.location}: shell {model.flat.label(element.number)} has no area; correct its nodes."
-        )
-    return normal / size, x.mean(axis=0)
 
 
 class _Ply(NamedTuple):
@@ -456,10 +406,14 @@ def _without_repeated_corner(element: Element) -> Element:
 
 def _add_cell(
     model: AbaqusModel, element: Element, key: object, elset: str, family: str, section: Any, material: Any,
-    options: dict[str, Any], fields: dict[str, Any] | None = None,
+    options: dict[str, Any], around: Around | None = None, cells: Sequence[tuple[str, list[int]]] = (),
 ) -> None:  # fmt: skip
-    rows = [model.row(n) for n in element.nodes]
-    model.build.cell(element.cell, rows, key, elset, family, section, material, options, (), element.number, fields)
+    """Add an element, or the cells that take its place, to the member with this key."""
+    for cell, rows in cells or [(element.cell, [model.row(n) for n in element.nodes])]:
+        model.build.cell(cell, rows, key, elset, family, section, material, options, (), element.number, None, around)
+    nodes = set(map(model.representative, element.nodes))
+    model.moving.update(nodes)
+    model.turning.update(nodes if family in ("beam", "plate", "shell") else ())
 
 
 def _thicknesses(model: AbaqusModel, inputs: SectionInputs, element: Element, default: float) -> tuple[float, ...]:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.decks.builder import direction_key
+from femflex.decks.builder import shell_normal
 from femflex.decks.model import MAX_TRIANGLE_SHARE
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.model import NastranModel, with_middles
@@ -45,54 +45,33 @@ def _shell(model: NastranModel, card: Card, kind: Kind, properties: ShellPropert
     if shell_property is None:
         return
     x = np.array([model.grids[g].position for g in corners])
-    normal = _normal(x, card)
+    normal = shell_normal(x, str(card))
     thickness = _thickness(model, card, kind, shell_property)
     section, extra_mass = shell_property.section, model.nonstructural(number)
     axis = None if shell_property.isotropic else _axis(model, card, kind, x, normal)
     offset = card.real(kind.offset, 0.0) * model.bulk.units.length if kind.offset >= 0 else 0.0
-    rows = [model.row(g) for g in corners]
-    cell = CELLS[kind.corners, any(middles)]
+    rows, cell = [model.row(g) for g in corners], CELLS[kind.corners, any(middles)]
     if any(middles):
         rows += with_middles(model, cell, corners, middles, card)
-    family = "plate" if pid in facets and cell == "triangle" and not section.coupled and not offset else "shell"
-    if axis is None and abs(normal[0]) > 0.999:  # the default axis would be normal to the surface
-        axis = np.array([0.0, 1.0, 0.0])
-    options: dict[str, object] = {"offset": offset} if offset else {}
-    fields: dict[str, object] = {}
-    key: tuple[object, ...] = ("shell", family, pid, offset, axis is None, thickness is None, extra_mass > 0)
-    if family == "shell":
-        fields |= {} if axis is None else {"axis": axis}
-        fields |= {} if thickness is None else {"thickness": thickness}
-        fields |= {"extra_mass": extra_mass} if extra_mass else {}
-    else:  # flat facets: one axis and one thickness for a member
+    plate = pid in facets and cell == "triangle" and not section.coupled and not offset
+    key: tuple[object, ...] = ("shell", plate, pid, offset, extra_mass > 0)
+    fields = {"extra_mass": extra_mass} if extra_mass and not plate else {}
+    if plate:  # flat facets: one axis and one thickness for a member
         mean = None if thickness is None else float(np.mean(thickness))
         below = axis is not None and not same_side(normal)
-        section = (
-            shell_property.section_for(mean).turned_over() if below else shell_property.section_for(mean)
-        ).with_added_mass(extra_mass)
-        options |= {} if axis is None else {"axis": tuple(float(c) for c in axis)}
-        key += (mean, None if axis is None else direction_key(axis, 6), below, extra_mass)
+        section = shell_property.section_for(mean)
+        section = (section.turned_over() if below else section).with_added_mass(extra_mass)
+        key += (mean, below, extra_mass)
         if thickness is not None and np.ptp(thickness) > 1e-6 * np.max(thickness):
-            model.bulk.findings.unused(
-                f"{card.name} T1 to T3 that differ", "each such facet has the mean of its corners' thicknesses",
-                card.location,
-            )  # fmt: skip
+            text = "each such facet has the mean of its corners' thicknesses"
+            model.bulk.findings.unused(f"{card.name} T1 to T3 that differ", text, card.location)
     model.build.cell(
-        cell, rows, key, f"pid_{pid}", family, section, None, options, model.bulk.names_of(pid), number, fields
-    )
+        cell, rows, key, f"pid_{pid}", "plate" if plate else "shell", section, None,
+        {"offset": offset} if offset else {}, model.bulk.names_of(pid), number, fields, (normal, axis, thickness),
+    )  # fmt: skip
     grids = corners + [g for g in middles if g]
     model.moving.update(grids)
     model.turning.update(grids)
-
-
-def _normal(x: Array, card: Card) -> Array:
-    a, b = (x[2] - x[0], x[-1] - x[1]) if len(x) == 4 else (x[1] - x[0], x[2] - x[0])
-    (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()  # np.cross of one pair takes 50 times as long
-    normal, extent = np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]), x.max(axis=0) - x.min(axis=0)
-    size = math.sqrt(normal @ normal)
-    if not size > 1e-12 * float(extent @ extent):
-        raise ValueError(f"{card} has no area")
-    return np.asarray(normal / size)
 
 
 def _thickness(model: NastranModel, card: Card, kind: Kind, shell_property: ShellProperty) -> tuple[float, ...] | None:
