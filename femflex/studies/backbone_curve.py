@@ -22,9 +22,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
-from femflex.fem.eigen.modes import dense_modes
 from femflex.fem.eigen.shift_invert import dense_modes
-from femflex.studies.harmonic_balance import HarmonicBalance, Vibration
 
 HARMONICS = 9
 NEWTON_STEPS, CONVERGED = 12, 1e-9  # unbalanced forces over the forces, and error of the amplitude
