@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from femflex.case import with_values as with_values
     from femflex.dynamics import compile_system as compile_system
     from femflex.dynamics.linear.equilibrium import equilibrium as equilibrium
+    from femflex.dynamics.linear.settled import settled as settled
     from femflex.dynamics.linear.system_modes import system_modes as system_modes
     from femflex.mesh import Mesh as Mesh
     from femflex.mesh import read_mesh as read_mesh
@@ -69,6 +70,7 @@ _HOME = {
     "rigid_body": "body",
     "run": "pipeline",
     "save_body": "reduction",
+    "settled": "dynamics.linear.settled",
     "simulate": "pipeline.simulate",
     "system_modes": "dynamics.linear.system_modes",
     "with_values": "case",

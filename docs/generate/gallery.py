@@ -62,7 +62,7 @@ SUBJECTS = {
     ),
     "Sun, air and field": "boom_in_the_air shaded_wings sun_synchronous",
     "Moving ground": "earthquake_tower shaker_panel vehicle_bump",
-    "Heat": "boom_heated boom_flutter thermal_snap heated_array sail_boom tape_antenna",
+    "Heat": "boom_heated boom_flutter thermal_snap eclipse_entry heated_array sail_boom tape_antenna",
     "Decks, matrices and shells": "deck_mast deck_laminate deck_half_panels boom_matrices reflector",
     "Mechanisms": "four_bar flexible_chain andrews_squeezer chaplygin_sleigh rolling_disc",
 }

@@ -9,7 +9,7 @@ from pathlib import Path
 from femflex.case.attitude import AttitudeTable
 from femflex.case.body import BodyTable, FileTable, FlexibleTable, RigidTable
 from femflex.case.campbell import CampbellTable
-from femflex.case.initial import EQUILIBRIUM
+from femflex.case.initial import COMPUTED
 from femflex.case.matrices import MatricesTable
 from femflex.case.named_files import file_problems
 from femflex.case.outline import Outline
@@ -258,7 +258,7 @@ def quantity_problems(outline: Outline) -> Iterator[Problem]:
 
 def initial_state_problems(outline: Outline) -> Iterator[Problem]:
     """Problems of bodies with an initial state in a craft that starts from a result file."""
-    if outline.initial is None or outline.initial.source in (None, EQUILIBRIUM):
+    if outline.initial is None or outline.initial.source in (None, *COMPUTED):
         return
     for name, body in outline.bodies.items():
         if body is not None and body.initial is not None:

@@ -45,16 +45,19 @@ class InitialTable(Table):
         return self
 
 
-EQUILIBRIUM = "equilibrium"
+EQUILIBRIUM, SETTLED = "equilibrium", "settled"
+COMPUTED = (EQUILIBRIUM, SETTLED)  # what `from` may say in place of a file
 
 
 class StartTable(Table):
     """Initial state of the whole craft, in place of the values of joints, bodies and [attitude]."""
 
     source: str | None = Field(None, alias="from")
-    """Initial state of the whole craft: "equilibrium" or a result file. "equilibrium" is the equilibrium nearest to the
-    case's initial state, at the case's rates. A result file of the same craft (of `femflex equilibrium` or `femflex
-    run`) gives its last row."""
+    """Initial state of the whole craft: "equilibrium", "settled" or a result file. "equilibrium" is the equilibrium
+    nearest to the case's initial state, at the case's rates. "settled" is for a craft that has none, as in surroundings
+    that change along its orbit: joints start as the case says, and bodies and springs are bent as the first instant
+    would bend them for ever, by heat, gravity and the craft's motion. A result file of the same craft (of `femflex
+    equilibrium` or `femflex run`) gives its last row."""
     keep: Annotated[list[str] | None, Field(min_length=1)] = None
     """Joints, or single coordinates such as "drive.angle", whose initial values and rates are exact where loops close.
     The others move to the nearest values that close the loops."""
@@ -66,7 +69,7 @@ class StartTable(Table):
                 "found neither `from` nor `keep`; give `from`, the state at which the craft starts, or `keep`, the "
                 "joints whose initial values are exact"
             )
-        if self.source not in (None, EQUILIBRIUM) and self.keep is not None:
+        if self.source not in (None, *COMPUTED) and self.keep is not None:
             refuse(
                 f"found `keep` together with from = {self.source!r}, whose last row closes every loop already; remove "
                 "`keep`"

@@ -9,7 +9,7 @@ from typing import Any
 
 from femflex.case.body import FileTable, FlexibleTable, RigidTable
 from femflex.case.case import Case
-from femflex.case.initial import EQUILIBRIUM
+from femflex.case.initial import COMPUTED
 from femflex.case.matrices import MatricesTable
 from femflex.case.model_inputs import motions_from_files
 from femflex.case.outline import Outline, outline_of_tables
@@ -85,7 +85,7 @@ def _referenced_files(outline: Outline) -> Iterator[tuple[str, str]]:
     for key_path, table in (("orbit", outline.orbit), ("attitude", outline.attitude)):
         if table is not None and table.ephemeris is not None:
             yield f"{key_path}.ephemeris", table.ephemeris
-    if outline.initial is not None and outline.initial.source not in (None, EQUILIBRIUM):
+    if outline.initial is not None and outline.initial.source not in (None, *COMPUTED):
         yield "initial.from", outline.initial.source
     for key_path, load in outline.loads.items():
         if load is not None and load.table is not None:

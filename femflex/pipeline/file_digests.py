@@ -17,7 +17,7 @@ import numpy as np
 
 from femflex.case.body import FileTable, FlexibleTable, RigidTable
 from femflex.case.case import Case
-from femflex.case.initial import EQUILIBRIUM
+from femflex.case.initial import COMPUTED
 from femflex.case.matrices import MatricesTable
 from femflex.case.model_inputs import motions_from_files
 from femflex.case.shape import MeshShape
@@ -49,7 +49,7 @@ def _files(case: Case) -> Iterator[tuple[str, str, Callable[[Path], str]]]:
         if isinstance(body, RigidTable):
             shapes = [(k, shape.file) for k, shape in enumerate(body.shapes) if isinstance(shape, MeshShape)]
             yield from ((f"bodies.{name}.shapes[{k}].file", file, _mesh_digest) for k, file in shapes)
-    if case.initial is not None and case.initial.source not in (None, EQUILIBRIUM):
+    if case.initial is not None and case.initial.source not in (None, *COMPUTED):
         yield "initial.from", str(case.initial.source), _last_row_digest
     for k, load in enumerate(case.loads):
         if load.table is not None:

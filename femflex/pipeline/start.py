@@ -10,7 +10,7 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.assembly import system as assembly
 from femflex.case.case import Case
-from femflex.case.initial import EQUILIBRIUM
+from femflex.case.initial import COMPUTED, EQUILIBRIUM, SETTLED
 from femflex.dynamics import compile_system
 from femflex.effectors import Cable, Sensor, WetMember, with_heavy_cable
 from femflex.effectors.catenary import hanging_places
@@ -23,6 +23,7 @@ from femflex.pipeline.references import channel_problems, motion_problems, size_
 from femflex.rotations import dcm_from_quaternion
 from femflex.system import Context, Effector, Part, System, started
 
+SETTLE = '. from = "settled" starts with shapes and temperatures at rest in the surroundings of the first instant'
 ON_FLOOR = 1e-3  # m: height of an end above the floor at which it lies on it
 
 
@@ -172,14 +173,18 @@ def with_initial_state(case: Case, system: System) -> System:
     """
     if case.initial is None or case.initial.source is None:
         return system
-    if case.initial.source != EQUILIBRIUM:
+    if case.initial.source not in COMPUTED:
         return started(system, _last_row(case, system))
     from femflex.dynamics.linear.equilibrium import equilibrium
+    from femflex.dynamics.linear.settled import settled
 
     try:
+        if case.initial.source == SETTLED:
+            return settled(system)
         state = equilibrium(system, at=0.0)
     except ValueError as error:
-        problems = [Problem("initial.from", line) for line in str(error).splitlines()]
+        advice = SETTLE if system.orbit is not None and case.initial.source == EQUILIBRIUM else ""
+        problems = [Problem("initial.from", line + advice) for line in str(error).splitlines()]
         raise CaseError(case.path.name, problems) from error
     at_rest = started(system, np.concatenate([state.q, system.initial_state()[len(state.q) :]]))
     return replace(at_rest, z0=system.z0)  # states of effectors start as their tables say, such as a wheel's speed

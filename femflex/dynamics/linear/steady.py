@@ -163,13 +163,18 @@ def steady(system: System, at: float | None = None) -> Steady:
             varying=filled,
         )
     )  # fmt: skip
-    elastic = np.zeros(full.n_u, bool)
-    elastic[elastic_places(full)[1]] = True
-    for joint, _, u in joint_places(system):
-        elastic[u : u + joint.n_u] = joint.stiffness > 0
-    problem = Steady(moving, full, inner, usual_sizes(full), elastic, is_prescribed(full))
+    problem = Steady(moving, full, inner, usual_sizes(full), elastic_freedoms(full), is_prescribed(full))
     _check_constant(problem)
     return problem
+
+
+def elastic_freedoms(model: Model) -> BoolArray:
+    """Return (n_u,) which freedoms have a stiffness of their own: shapes, and sprung joints."""
+    elastic = np.zeros(model.n_u, bool)
+    elastic[elastic_places(model)[1]] = True
+    for joint, _, u in joint_places(model.system):
+        elastic[u : u + joint.n_u] = joint.stiffness > 0
+    return elastic
 
 
 def _check_constant(problem: Steady) -> None:
