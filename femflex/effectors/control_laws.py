@@ -24,7 +24,7 @@ class LinearLaw(NamedTuple):
     D: Array
 
     @classmethod
-    def of(cls, A: ArrayLike, B: ArrayLike, C: ArrayLike, D: ArrayLike) -> LinearLaw:
+    def from_matrices(cls, A: ArrayLike, B: ArrayLike, C: ArrayLike, D: ArrayLike) -> LinearLaw:
         """The law of these matrices. Raises ValueError for sizes that do not fit."""
         matrices = tuple(np.array(matrix, float) for matrix in (A, B, C, D))
         n, (p, m) = len(matrices[0]), matrices[3].shape

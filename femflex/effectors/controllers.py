@@ -261,9 +261,9 @@ class LowPass(LinearBlock, heading="controllers"):
         """Its matrices for n inputs. Raises ValueError."""
         w = 2.0 * math.pi * self.frequency
         if self.order == 1:
-            return LinearLaw.of([[-w]], [[w]], [[1.0]], [[0.0]]).repeated(n)
+            return LinearLaw.from_matrices([[-w]], [[w]], [[1.0]], [[0.0]]).repeated(n)
         A = [[0.0, 1.0], [-w * w, -2.0 * self.damping * w]]
-        return LinearLaw.of(A, [[0.0], [w * w]], [[1.0, 0.0]], [[0.0]]).repeated(n)
+        return LinearLaw.from_matrices(A, [[0.0], [w * w]], [[1.0, 0.0]], [[0.0]]).repeated(n)
 
 
 class Notch(LinearBlock, heading="controllers"):
@@ -284,7 +284,7 @@ class Notch(LinearBlock, heading="controllers"):
         """Its matrices for n inputs. Raises ValueError."""
         w = 2.0 * math.pi * self.frequency
         A, C = [[0.0, 1.0], [-w * w, -2.0 * self.width * w]], [[0.0, 2.0 * (self.depth - 1.0) * self.width * w]]
-        return LinearLaw.of(A, [[0.0], [1.0]], C, [[1.0]]).repeated(n)
+        return LinearLaw.from_matrices(A, [[0.0], [1.0]], C, [[1.0]]).repeated(n)
 
 
 class LinearSystem(LinearBlock, heading="controllers"):
@@ -304,7 +304,7 @@ class LinearSystem(LinearBlock, heading="controllers"):
     def system(self, n: int) -> LinearLaw:
         """Its matrices for n inputs. Raises ValueError."""
         D = self.D if self.D is not None else np.zeros((len(self.C), len(self.B[0])))
-        return LinearLaw.of(self.A, self.B, self.C, D)
+        return LinearLaw.from_matrices(self.A, self.B, self.C, D)
 
 
 class Observer(LinearBlock, heading="controllers"):

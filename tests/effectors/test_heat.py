@@ -109,7 +109,7 @@ def test_plate_in_the_sun_settles_at_what_its_back_radiates(nodes):
 
 
 @pytest.mark.parametrize("nodes", [4, 10])
-def test_heat_reaches_the_back_of_a_plate_as_fourier_says(nodes):
+def test_back_of_a_plate_warms_by_fouriers_law(nodes):
     """Flux q on the front of a slab (Carslaw and Jaeger, 3.8): T - T0 = q t / (rho c h) + (q h / k) times a series."""
     run = simulate(plate(nodes, Optical(), Optical(diffuse=1.0), initial=300.0), 20.0, output_step=1.0)
     h, k, capacity = PLATE["thickness"], PLATE["conductivity"], PLATE["density"] * PLATE["specific_heat"]
@@ -133,7 +133,7 @@ def test_infrared_of_the_earth_warms_a_level_plate(infrared, altitude):
     assert -2 * half * PLATE["conductivity"] / PLATE["thickness"] == pytest.approx(SIGMA * (mean + half) ** 4, rel=1e-9)
 
 
-def test_history_bends_a_plate_as_its_difference_says(tmp_path):
+def test_history_bends_a_plate_by_its_difference(tmp_path):
     """E h^2 cte d / 12 (1 - nu) per width; d rises linearly from 0 to 20 K within 10 s, in any of the file's units."""
     (tmp_path / "analysis.csv").write_text("time [min],difference [K],middle [K]\n0,0,250\n0.1666666666666667,20,260\n")
     craft = plate(2)
@@ -178,7 +178,7 @@ def test_work_of_heat_closes_the_balance_of_energy(strain, integrator, error):
     assert run["effectors/heat/energy"].min() < 0.0 < run["monitors/elastic"].max()
 
 
-def test_interrupted_run_goes_on_to_the_same_numbers_and_leaves_heat_out(tmp_path):
+def test_resumed_run_has_the_same_heat_and_numbers(tmp_path):
     path = CASES / "boom_heated.toml"
     text = path.read_text().replace('duration = "30 s"', "duration = 2.2").replace("50 ms", "2 ms")
     case = parse_case(text.partition("[pictures]")[0], path=path)

@@ -58,7 +58,7 @@ def test_two_modes_and_a_static_shape_bend_as_the_closed_form(strain, loads, dir
 
 
 @pytest.mark.parametrize("strain", ["linear", "condensed"])
-def test_held_beam_buckles_at_eulers_strain(strain):
+def test_beam_between_walls_buckles_at_the_euler_strain(strain):
     """4 pi^2 I / (A L^2) of expansion, for a beam clamped at both ends; admissible functions and a mesh."""
     I, A = np.pi / 4 * (0.05**4 - 0.049**4), np.pi * (0.05**2 - 0.049**2)
     beam = UniformBeam(L, 70e9 * A, 70e9 * I, 70e9 * I, 5e4, 2700 * A, ry=0.035, rz=0.035)

@@ -52,7 +52,7 @@ def test_magnification_changes_the_picture(tmp_path, run):
     assert np.count_nonzero(np.abs(true_scale.astype(int) - magnified).sum(axis=2) > 60) > 100
 
 
-def test_names_stand_at_the_middle_of_the_bodies(tmp_path, run):
+def test_names_are_at_the_middle_of_bodies(tmp_path, run):
     look = {**SMALL, "view": (0.0, -1.0, 0.3), "camera": "body:hub", "fit": "picture"}
     bare, named = (
         pixels_of(render_picture(run, tmp_path / f"{k}.png", time=3.0, names=k, **look)) for k in (False, True)
