@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from femflex.cli.options import Force, Json, MovedCase, Theme
+from femflex.cli.options import Force, Json, MovedCase, Plot, Theme
 from femflex.cli.progress import Bar, Patience
 from femflex.cli.tables import print_line, print_table, printed
 from femflex.cli.verb import verb
@@ -22,9 +22,7 @@ if TYPE_CHECKING:
 @verb("femflex budget cases/geostationary_momentum.toml -o budget.png")
 def budget(
     file: Annotated[Path, typer.Argument(help="Case file, which is run, or result file of a run.", show_default=False)],
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="PNG or SVG picture: torques and momentum over time.")
-    ] = None,
+    output: Plot = None,
     case: MovedCase = None,
     theme: Theme = "light",
     as_json: Json = False,

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from contextlib import ExitStack
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -18,6 +17,7 @@ from femflex.cli.options import (
     TABLE,
     At,
     CaseFile,
+    Files,
     Force,
     Json,
     Theme,
@@ -25,7 +25,7 @@ from femflex.cli.options import (
     outputs,
     read_seconds,
 )
-from femflex.cli.progress import Bar, Patience
+from femflex.cli.progress import Bar, Patience, until_interrupt
 from femflex.cli.tables import (
     print_folded,
     print_line,
@@ -41,7 +41,7 @@ from femflex.cli.verb import print_error, verb
 if TYPE_CHECKING:
     from femflex.case import Case
     from femflex.pipeline.decisions import ResolvedCase
-    from femflex.studies.campbell import Campbell, Step
+    from femflex.studies.campbell import Campbell
 
 PRINTED = 1e-6  # damping ratio below which none is printed
 
@@ -67,10 +67,7 @@ def campbell(
         ),
     ] = None,
     at: At = None,
-    output: Annotated[
-        list[Path] | None,
-        typer.Option("-o", "--output", help="Table (.csv), diagram (.png, .svg) or page (.html); may be repeated."),
-    ] = None,
+    output: Files = None,
     theme: Theme = "light",
     force: Force = False,
     verbose: Verbose = False,
@@ -136,6 +133,7 @@ def print_value_diagram(case: Case, axis_range: KeyRange, modes: int | None, rep
     import numpy as np
 
     from femflex.case.stability import stability_table
+    from femflex.dynamics.linear.equilibrium import EquilibriumError
     from femflex.studies.campbell import MODES, assembled_diagram, value_steps
 
     key, axis = axis_range
@@ -144,7 +142,7 @@ def print_value_diagram(case: Case, axis_range: KeyRange, modes: int | None, rep
     values = np.linspace(first, last, table.points).tolist()
     with Bar("varying", last - first, unit=unit or "1") as bar:
         followed = value_steps(case, key, values, unit, modes or MODES, lambda value: bar(value - first))
-        steps, stopped = steps_until_interrupt(followed)
+        steps, stopped = until_interrupt(followed, "a diagram", EquilibriumError)
     if steps:
         diagram = assembled_diagram(steps, modes or MODES, (), case.title, stopped is None, key, unit)
         report.print(diagram, 1.0, unit)
@@ -173,23 +171,6 @@ def with_options(case: Case, speeds: str | None, modes: int | None, orders: str 
     return case.model_copy(update={"campbell": table})
 
 
-def steps_until_interrupt(followed: Iterator[Step]) -> tuple[list[Step], BaseException | None]:
-    """The steps of a diagram until it is broken off, and the error that ended it, if there was one."""
-    from femflex.dynamics.linear.equilibrium import EquilibriumError
-    from femflex.results.interrupts import finished_on_interrupt
-
-    steps: list[Step] = []
-    with ExitStack() as keeping:
-        try:
-            for step in followed:
-                if not steps:
-                    keeping.enter_context(finished_on_interrupt("a diagram"))
-                steps.append(step)
-        except (KeyboardInterrupt, EquilibriumError) as error:
-            return steps, error
-    return steps, None
-
-
 def computed_diagram(
     case: Case, at: float | None = None, resolved: ResolvedCase | None = None
 ) -> tuple[Campbell | None, BaseException | None]:
@@ -197,12 +178,14 @@ def computed_diagram(
 
     Returns it as far as it came, and the error that ended it, if there was one.
     """
+    from femflex.dynamics.linear.equilibrium import EquilibriumError
     from femflex.studies.campbell import case_steps, diagram_of
 
     scale, unit = (case.campbell.speeds.scale, case.campbell.speeds.unit) if case.campbell else (1.0, "rad/s")
     last = case.campbell.speeds[-1] / scale if case.campbell else 1.0
     with Bar("spinning", last, unit=unit) as bar:
-        steps, stopped = steps_until_interrupt(case_steps(case, at, lambda speed: bar(speed / scale), resolved))
+        followed = case_steps(case, at, lambda speed: bar(speed / scale), resolved)
+        steps, stopped = until_interrupt(followed, "a diagram", EquilibriumError)
     return (diagram_of(case, steps, stopped is None) if steps else None), stopped
 
 

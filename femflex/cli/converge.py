@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping
-from contextlib import ExitStack
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from femflex.cli.options import DIAGRAM_SUFFIXES, PAGE_SUFFIXES, PICTURE, REPORT, Force, Json, Theme, outputs
-from femflex.cli.progress import Bar, Patience, keep_alive
+from femflex.cli.options import DIAGRAM_SUFFIXES, PAGE_SUFFIXES, PICTURE, REPORT, Files, Force, Json, Theme, outputs
+from femflex.cli.progress import Bar, Patience, keep_alive, until_interrupt
 from femflex.cli.tables import print_line, print_table, print_title, printed, record, section
 from femflex.cli.verb import print_error, verb
 
 if TYPE_CHECKING:
     from femflex.case import Case
-    from femflex.studies import Comparison, Convergence, Finding, Point, Study
+    from femflex.studies import Comparison, Convergence, Finding
 
 LEVEL = (
     "modes per body; coordinates are those of all bodies, with the static shapes that femflex adds for the loads and "
@@ -48,9 +47,7 @@ def converge(
     tolerance: Annotated[
         float | None, typer.Option("--tolerance", help="Largest relative error. Default: that of the case, or 1e-3.")
     ] = None,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Draw the study (.png, .svg), or write it as a page (.html).")
-    ] = None,
+    output: Files = None,
     theme: Theme = "light",
     force: Force = False,
     as_json: Json = False,
@@ -65,9 +62,7 @@ def converge(
     """
     if tolerance is not None and not 0.0 < tolerance < 1.0:
         raise ValueError(f"--tolerance is {tolerance:g}; give a relative error between 0 and 1, such as 1e-3")
-    files = outputs(
-        [] if output is None else [output], {PICTURE: DIAGRAM_SUFFIXES, REPORT: PAGE_SUFFIXES}, force, theme
-    )
+    files = outputs(output, {PICTURE: DIAGRAM_SUFFIXES, REPORT: PAGE_SUFFIXES}, force, theme)
     varied = list(dict.fromkeys(word.strip() for word in over.split(",") if word.strip()))
     numbers = checked_levels(levels, varied)
     with Patience("building the bodies"):
@@ -115,6 +110,7 @@ def run_study(
     case: Case, over: str, levels: list[int] | None, tolerance: float | None
 ) -> tuple[Finding | None, tuple[str, ...], BaseException | None]:
     """Run one study; return its result, the bodies that it varied, and the error that broke it off, if any."""
+    from femflex.integrate import IntegrationError
     from femflex.studies import assess_convergence, function_kinds, plan_study, strain_forms
 
     compares = over in ("strain", "functions")
@@ -131,29 +127,12 @@ def run_study(
             )
             return compared, tuple(compared.own), None
         study = plan_study(case, over, levels)  # type: ignore[arg-type]  # another word is refused there
-        points, stopped = computed_points(study, progress)
+        points, stopped = until_interrupt(study.points(progress), "a study", IntegrationError)
     if all(point.problem for point in points):
         return None, study.level_set.varied, stopped
     if stopped is not None:
         print_error(f"broken off after {len(points)} of {len(study.level_set.levels)} levels")
     return assess_convergence(study, points, tolerance, stopped is None), study.level_set.varied, stopped
-
-
-def computed_points(study: Study, progress: Callable[[float], None]) -> tuple[list[Point], BaseException | None]:
-    """Compute the points of a study; return them, and the error that broke it off, if there was one."""
-    from femflex.integrate import IntegrationError
-    from femflex.results.interrupts import finished_on_interrupt
-
-    points: list[Point] = []
-    with ExitStack() as keeping:
-        try:
-            for point in study.points(progress):
-                if not points:
-                    keeping.enter_context(finished_on_interrupt("a study"))
-                points.append(point)
-        except (KeyboardInterrupt, IntegrationError) as stop:
-            return points, stop
-    return points, None
 
 
 def read_levels(text: str, option: str = "--levels") -> list[int]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
@@ -13,6 +12,7 @@ from femflex.cli.options import (
     DIAGRAM_SUFFIXES,
     PICTURE,
     CaseFile,
+    Files,
     Force,
     Json,
     Theme,
@@ -38,9 +38,7 @@ LEAST_SHARE = 5e-4  # of the variance of any output, from which on a mode is pri
 @verb("femflex jitter cases/wheel_jitter.toml -o jitter.png")
 def jitter(
     case: CaseFile,
-    output: Annotated[
-        list[Path] | None, typer.Option("-o", "--output", help="Picture (.png, .svg) of the diagram of --show.")
-    ] = None,
+    output: Files = None,
     show: Annotated[
         Diagram,
         typer.Option(

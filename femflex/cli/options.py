@@ -21,6 +21,17 @@ At = Annotated[
     str | None,
     typer.Option("--at", help="Time at which loads that vary are taken: seconds, or a text such as '2 min'."),
 ]
+Start = Annotated[str | None, typer.Option("--from", help="First time: seconds, or a text such as '2 min'.")]
+End = Annotated[str | None, typer.Option("--to", help="Last time. Default: the end of the run, or of its motion.")]
+Plot = Annotated[Path | None, typer.Option("-o", "--output", help="PNG or SVG picture.")]
+Files = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "-o",
+        "--output",
+        help="File by its suffix: table (.csv), picture (.png, .svg) or page (.html). Repeatable.",
+    ),
+]
 SceneCamera = Annotated[
     str, typer.Option("--camera", help="Axes of a scene: auto, fixed, follow, orbital, body or body:NAME.")
 ]

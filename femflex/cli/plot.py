@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from femflex.cli.options import Force, RunFile, Theme, Title
+from femflex.cli.options import Force, Plot, RunFile, Theme, Title
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
@@ -25,9 +25,7 @@ def plot(
             show_default=False,
         ),
     ] = None,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="PNG or SVG file. Default: in the folder of the run.")
-    ] = None,
+    output: Plot = None,
     second_file: Annotated[
         Path | None, typer.Option("--with", help="Result file of another run, laid over this one in dashed lines.")
     ] = None,

@@ -6,10 +6,10 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from threading import Event, Lock, Thread
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 from femflex.cli.verb import print_warnings
 
@@ -90,6 +90,29 @@ class Patience:
     def _print_text(self) -> None:
         self._printed = self.text
         print(f"{self.text} ...", file=sys.stderr, flush=True)
+
+
+T = TypeVar("T")
+
+
+def until_interrupt(items: Iterator[T], work: str, *errors: type[Exception]) -> tuple[list[T], BaseException | None]:
+    """The items until Ctrl-C or one of these errors breaks them off, and the error if there was one.
+
+    work: what an interrupt finishes from the first item on, such as "a study"
+    """
+    from femflex.results.interrupts import finished_on_interrupt
+
+    done: list[T] = []
+    endings: tuple[type[BaseException], ...] = (KeyboardInterrupt, *errors)
+    with ExitStack() as keeping:
+        try:
+            for item in items:
+                if not done:
+                    keeping.enter_context(finished_on_interrupt(work))
+                done.append(item)
+        except endings as error:
+            return done, error
+    return done, None
 
 
 @contextmanager

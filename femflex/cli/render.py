@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from femflex.cli.info import kind_of_hdf5
-from femflex.cli.options import Force, Theme, read_seconds
+from femflex.cli.options import End, Force, Start, Theme, read_seconds
 from femflex.cli.progress import Bar
 from femflex.cli.verb import verb
 
@@ -31,10 +31,8 @@ def render(
         ),
     ] = None,
     movie: Annotated[bool, typer.Option("--movie", help="Draw a movie instead of a picture.")] = False,
-    start: Annotated[str | None, typer.Option("--from", help="First time of the movie.")] = None,
-    end: Annotated[
-        str | None, typer.Option("--to", help="Last time of the movie. Default: soon after the motion ends.")
-    ] = None,
+    start: Start = None,
+    end: End = None,
     speed: Annotated[float | None, typer.Option("--speed", help="Seconds of the run in one of the movie.")] = None,
     fps: Annotated[float, typer.Option("--fps", help="Frames a second.")] = 25.0,
     mode: Annotated[

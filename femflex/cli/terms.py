@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from femflex.cli.options import Force, Json, MovedCase, RunFile, Theme, Title, read_seconds
+from femflex.cli.options import End, Force, Json, MovedCase, Plot, RunFile, Start, Theme, Title, read_seconds
 from femflex.cli.progress import Patience
 from femflex.cli.tables import print_folded, print_line, print_table, print_title, printed, record
 from femflex.cli.verb import verb
@@ -30,12 +30,9 @@ def terms(
             show_default=False,
         ),
     ] = None,
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", help="PNG or SVG picture: the motion, and the terms that drive it."),
-    ] = None,
-    start: Annotated[str | None, typer.Option("--from", help="First time: seconds, or a text such as '2 min'.")] = None,
-    end: Annotated[str | None, typer.Option("--to", help="Last time.")] = None,
+    output: Plot = None,
+    start: Start = None,
+    end: End = None,
     case: MovedCase = None,
     theme: Theme = "light",
     title: Title = None,
