@@ -11,9 +11,9 @@ import numpy as np
 
 from femflex.arrays import Array, IntArray
 from femflex.case import Case, read_case
+from femflex.studies.levels import VARIED
 from femflex.studies.study import Over, Point, Progress, Study, plan_study, quantity_text
 from femflex.studies.trend import Law, Trend, mesh_trend, mode_trend
-from femflex.studies.verdict import law_text, verdict
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,13 +107,98 @@ class Convergence:
 
     @property
     def law_text(self) -> str:
-        """The law in words."""
-        return law_text(self)
+        """The law in words, such as "with order 3.98 in the cell size, +- 0.02"; "" without one."""
+        law, scatter = self.trend.law, self.trend.scatter
+        if law is None:
+            return ""
+        sure = math.isfinite(scatter)
+        if self.over in ("mesh", "segments"):
+            text = f"with order {law.rate:.2f} in the {'cell size' if self.over == 'mesh' else 'length of a segment'}"
+            return text + (f", +- {scatter:.2g} over the levels" if sure else ", seen once")
+        text = f"like n^-{law.rate:.2f}"
+        if law.kind == "geometric":
+            text = f"by a factor {math.exp(-law.rate):.3g} with each mode"
+        return text + (f", within a factor {math.exp(scatter):.3g}" if sure else ", by two differences alone")
+
+    def level_text(self, k: int) -> str:
+        """The k-th level in words, such as "8 modes per body (26 elastic coordinates)"."""
+        level, count = int(self.levels[k]), int(self.counts[k])
+        text = f"{level} {VARIED[self.over].noun}{'s' * (level != 1)}"
+        if self.over == "mesh":
+            return f"{text} ({count} dofs)"
+        derivatives, dependent = (int(row[k]) if row.size else 0 for row in (self.derivatives, self.followers))
+        if count == level and not derivatives:
+            return text
+        parts = [f"{count} elastic coordinates", *[f"{derivatives} of them derivative shapes"] * bool(derivatives)]
+        parts += [f"{dependent} dependent derivative shapes"] * bool(dependent)
+        return f"{text} per body ({', '.join(parts)})"
 
     @property
     def verdict(self) -> str:
-        """The conclusions, in sentences."""
-        return verdict(self)
+        """The conclusions, in sentences: accuracy, law, recommendation, and doubts."""
+        tolerance, best, state = f"{self.tolerance:g}", self.recommended, self.trend.state
+        span = f"{int(self.levels[0])} to {int(self.levels[-1])} {VARIED[self.over].noun}s"
+        largest = f"{np.abs(self.values - self.values[-1]).max() / self.scale:.2g}"
+        errors = [f"{error / self.scale:.2g}" for error in self.errors]
+        chosen = None if best is None else int(np.flatnonzero(self.levels == best)[0])
+        enough = "" if chosen is None else f"{self.level_text(chosen)} suffice{'s' * (best == 1)}"
+        own = np.flatnonzero(self.levels == (-1 if self.case_level is None else self.case_level))
+        of_case = ""
+        if len(own) and best is not None:
+            word = "enough" if best <= int(self.levels[own[0]]) else "not enough"
+            of_case = f"The level of the case, {int(self.levels[own[0]])}, is {word} (error {errors[own[0]]})."
+        sentences = []
+        if self.exhaustive:
+            sentences = [f"{self.level_text(-1)}: no further shapes exist."]
+            if chosen is not None and chosen < len(errors) - 1:
+                sentences += [f"Of them {enough}: the value differs by {errors[chosen]}, relative.", of_case]
+            return " ".join(filter(None, sentences))
+        if state == "one":
+            sentences = [f"There is a value at {self.level_text(0)} only; convergence needs at least three levels."]
+        elif state == "few":
+            sentences = [f"Two levels differ by {largest}, relative; an estimate of the error needs at least three."]
+        elif state == "constant":
+            than = "" if best is not None else f", which is more than the tolerance {tolerance}"
+            sentences = [f"Values at {span} differ by {largest}, relative, without a trend{than}."]
+        elif state == "unsettled":
+            changes = ", ".join(f"{change:.2g}" for change in self.changes[-3:] if math.isfinite(change))
+            sentences = [
+                f"Does not converge over {span}: the last changes are {changes} {self.unit}, so that no limit is"
+            ]
+            sentences += ["estimated. Look at the quantity itself, or add levels."]
+        else:
+            k = self.n_resolved - 1
+            text = f"Converged to {tolerance}: {enough}, with an estimated error of {errors[chosen or 0]}, relative."
+            if chosen is None:
+                missed = f"with {self.level_text(k)}, the estimated error is {errors[k]}, relative"
+                text = f"Not converged to {tolerance}: {missed}."
+            sentences = [text, self._trend_text(), of_case or (self._required_text() if chosen is None else "")]
+        if self.trend.rounded is not None:
+            cause = "rounding or the tolerance of the integration" if self.simulated else "rounding"
+            sentences.append(f"From {self.level_text(self.trend.rounded)} on, {cause} dominates.")
+        return " ".join(filter(None, sentences))
+
+    def _trend_text(self) -> str:
+        spread = self.trend.spread / self.scale
+        return {
+            "law": f"Errors fall {self.law_text}; the limit is about {self.estimate:.9g} {self.unit}, relative "
+            f"uncertainty {spread:.2g}.",
+            "rounded": "Only the first change is above rounding, too few for an order.",
+            "swinging": "Values oscillate, so there is no extrapolation; errors are the last changes.",
+        }.get(self.trend.state, "The changes follow no clear law; errors are the last changes.")
+
+    def _required_text(self) -> str:
+        """The level at which the law would reach the tolerance."""
+        law = self.law
+        if law is None or self.trend.rounded is not None:
+            return "" if self.trend.rounded is not None else "Try more levels."
+        if self.trend.spread > 1.5 * law.size:
+            return "The limit itself is not known to this accuracy; try more levels, or a larger tolerance."
+        x = law.reaches(self.tolerance * self.scale)
+        needed = f"about {math.ceil(x)} elastic coordinates"
+        if self.over in ("mesh", "segments"):
+            needed = f"{math.ceil((math.log2(x) if self.over == 'mesh' else x) - 1e-9)} {VARIED[self.over].noun}s"
+        return f"At this rate, {needed} would reach the tolerance."
 
 
 def convergence(
