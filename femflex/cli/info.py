@@ -84,7 +84,9 @@ def _hdf5_text(file: Path) -> str:
     if kind == "femflex body":
         from femflex.reduction import load_body
 
-        return body_text(file, load_body(file))
+        body = load_body(file)
+        places = [f"  {name} ({', '.join(f'{x:.6g}' for x in m.position)}) m" for name, m in body.markers.items()]
+        return "\n".join([f"{file.name}: {body!r}", *places])
     if kind == "femflex run":
         from femflex.results import open_run
 
@@ -135,51 +137,13 @@ def linear_text(file: Path, states: Any, inputs: Any, outputs: Any) -> str:
     return "\n".join(lines)
 
 
-def body_text(file: Path, body: object) -> str:
-    """Lines about a body file."""
-    from math import isfinite, pi
-
-    from femflex.body import FlexibleBody
-
-    assert isinstance(body, FlexibleBody)
-    kinds = ", ".join(f"{body.kinds.count(kind)} {kind}" for kind in dict.fromkeys(body.kinds)) or "none"
-    lines = [
-        f"{file.name}: reduced body, {body.moments.mass:.6g} kg",
-        f"centre of mass {_vector_text(body.moments.center_of_mass())} m",
-    ]
-    lines.append(f"shapes  {kinds}")
-    lines += [f"  {k + 1:3d}  {omega / (2 * pi):.6g} Hz" for k, omega in enumerate(body.omega) if isfinite(omega)]
-    lines += [f"marker  {name} at {_vector_text(marker.position)} m" for name, marker in sorted(body.markers.items())]
-    if body.skin is not None:
-        cells = ", ".join(f"{len(rows)} {kind}" for kind, rows in body.skin.cells.items())
-        lines.append(f"skin    {len(body.skin.points)} points, {cells}")
-    return "\n".join(lines)
-
-
-def _vector_text(values: object) -> str:
-    return "(" + ", ".join(f"{v:.6g}" for v in values) + ")"  # type: ignore[attr-defined]
-
-
 def _case_text(file: Path) -> str:
     from femflex.case import read_case
 
     case = read_case(file)
-    lines = [f"{file.name}: case, {case.title or 'without title'}"]
-    period = f"{case.run.duration:g} s" if case.run.duration is not None else f"{case.run.orbits:g} orbits"
-    lines.append(f"run     {period}, integrator {case.run.integrator}")
-    lines.append(f"orbit   {case.orbit.kind}")
-    lines += [f"gravity {_vector_text(case.environment.gravity)} m/s^2"] if any(case.environment.gravity) else []
-    lines += [
-        f"body    {name}: {table.kind}" + (f" from {table.source}" if table.kind == "flexible" else "")
-        for name, table in case.bodies.items()
-    ]
-    lines += [f"joint   {joint.kind} from {joint.parent or 'the base frame'} to {joint.child}" for joint in case.joints]
-    lines += [f"loop    {loop.kind} from {loop.parent or 'the base frame'} to {loop.child}" for loop in case.loops]
-    lines += [f"holds   {c.kind} {c.name} on {c.body}.{c.marker}" for c in case.constraints]
-    lines += [f"spring  {s.name} from {s.parent or 'the base frame'} to {s.body}" for s in case.springs]
-    lines += [f"load    {load.name} on {load.body}.{load.marker}" for load in case.loads]
-    lines += [f"expects {name}" for name in case.expect.answers]
-    return "\n".join(lines)
+    names = [(kind, [item.name for item in getattr(case, kind)]) for kind in ("constraints", "springs", "loads")]
+    names.append(("expect", list(case.expect.answers)))
+    return "\n".join([repr(case), *(f"  {kind}: {', '.join(each)}" for kind, each in names if each)])
 
 
 def _channels_text(file: Path) -> str:
