@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cholesky, schur, solve_continuous_lyapunov, solve_sylvester
+from scipy.linalg import block_diag, cholesky, schur, solve_continuous_lyapunov, solve_sylvester
 
 from femflex.arrays import Array, ComplexArray
 from femflex.studies.linear.space import StateSpace
@@ -41,9 +41,9 @@ def modal_truncation(model: StateSpace, highest: float, static: bool = True) -> 
             f"a modal truncation at {highest:.6g} rad/s keeps {retained_text} of the poles, which lie at "
             f"{size.min(initial=np.inf):.4g} to {size.max(initial=0.0):.4g} rad/s; take one between"
         )
-    retained, removed = decoupled_parts(model, highest)
-    D = model.D - removed.C @ np.linalg.solve(removed.A, removed.B) if static else model.D
-    return _with_state_names(retained.A, retained.B, retained.C, D, model, "mode state", np.zeros(0), float("nan"))
+    retained, (A, B, C) = decoupled_parts(model, highest)
+    D = model.D - C @ np.linalg.solve(A, B) if static else model.D
+    return _with_state_names(retained, D, model, "mode state", np.zeros(0), float("nan"))
 
 
 def balanced_truncation(model: StateSpace, order: int) -> Truncated:
@@ -64,33 +64,26 @@ def balanced_truncation(model: StateSpace, order: int) -> Truncated:
             f"a balanced truncation needs damped motions; the one at {abs(worst.imag) / (2 * np.pi):.6g} Hz "
             f"{behaviour}. Give bodies and joints damping, or take a modal truncation"
         )
-    rigid, elastic = decoupled_parts(model, slow)
-    left_projection, right_projection, sigma = _balancing(elastic)
+    (rigid_A, rigid_B, rigid_C), (A, B, C) = decoupled_parts(model, slow)
+    gramians = solve_continuous_lyapunov(A, -B @ B.T), solve_continuous_lyapunov(A.T, -C.T @ C)
+    R, L = (_root(np.asarray(gramian, float)) for gramian in gramians)
+    U, sigma, Vt = np.linalg.svd(L.T @ R)  # the square-root method
     max_order = int((sigma > LEAST * sigma.max(initial=0.0)).sum())
     if not 1 <= order <= max_order:
         raise ValueError(
             f"a balanced truncation to {order} states was requested; {max_order} states are controllable and "
-            f"observable, and {len(rigid.A)} more are rigid-body motion. Take a number from 1 to {max_order}"
+            f"observable, and {len(rigid_A)} more are rigid-body motion. Take a number from 1 to {max_order}"
         )
-    T, S = right_projection[:, :order], left_projection[:, :order].T
-    A = np.block([
-        [rigid.A, np.zeros((len(rigid.A), order))],
-        [np.zeros((order, len(rigid.A))), S @ elastic.A @ T],
-    ])  # fmt: skip
-    B, C = np.vstack([rigid.B, S @ elastic.B]), np.hstack([rigid.C, elastic.C @ T])
-    return _with_state_names(A, B, C, model.D, model, "balanced state", sigma, float(2 * sigma[order:].sum()))
+    scale = 1.0 / np.sqrt(sigma[:order])
+    T, S = R @ Vt.T[:, :order] * scale, (L @ U[:, :order] * scale).T
+    blocks = block_diag(rigid_A, S @ A @ T), np.vstack([rigid_B, S @ B]), np.hstack([rigid_C, C @ T])
+    return _with_state_names(blocks, model.D, model, "balanced state", sigma, float(2 * sigma[order:].sum()))
 
 
-@dataclass(frozen=True, eq=False)
-class DecoupledPart:
-    """A, B, C of a decoupled part of a model."""
-
-    A: Array
-    B: Array
-    C: Array
+Blocks = tuple[Array, Array, Array]  # A, B, C of a decoupled part of a model
 
 
-def decoupled_parts(model: StateSpace, highest: float) -> tuple[DecoupledPart, DecoupledPart]:
+def decoupled_parts(model: StateSpace, highest: float) -> tuple[Blocks, Blocks]:
     """The parts of a model with poles up to highest [rad/s] and beyond, by an ordered Schur form.
 
     With A = Q [[S11, S12], [0, S22]] Q^T and S11 X - X S22 = -S12 the parts are decoupled.
@@ -98,18 +91,7 @@ def decoupled_parts(model: StateSpace, highest: float) -> tuple[DecoupledPart, D
     S, Q, n = schur(model.A, output="real", sort=lambda re, im: bool(np.hypot(re, im) <= highest))
     X = solve_sylvester(S[:n, :n], -S[n:, n:], -S[:n, n:]) if 0 < n < len(S) else np.zeros((n, len(S) - n))
     B, C = Q.T @ model.B, model.C @ Q
-    slow_part = DecoupledPart(S[:n, :n], B[:n] - X @ B[n:], C[:, :n])
-    return slow_part, DecoupledPart(S[n:, n:], B[n:], C[:, n:] + C[:, :n] @ X)
-
-
-def _balancing(system: DecoupledPart) -> tuple[Array, Array, Array]:
-    """Left and right projections (n, n) and Hankel singular values (n,), by the square-root method."""
-    controllability = solve_continuous_lyapunov(system.A, -system.B @ system.B.T)
-    observability = solve_continuous_lyapunov(system.A.T, -system.C.T @ system.C)
-    R, L = _root(np.asarray(controllability, float)), _root(np.asarray(observability, float))
-    U, sigma, Vt = np.linalg.svd(L.T @ R)
-    scale = 1.0 / np.sqrt(np.maximum(sigma, LEAST * sigma.max(initial=1e-300)))
-    return L @ U * scale, R @ Vt.T * scale, sigma
+    return (S[:n, :n], B[:n] - X @ B[n:], C[:, :n]), (S[n:, n:], B[n:], C[:, n:] + C[:, :n] @ X)
 
 
 def _root(W: Array) -> Array:
@@ -121,11 +103,9 @@ def _root(W: Array) -> Array:
         return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
-def _with_state_names(
-    A: Array, B: Array, C: Array, D: Array, model: StateSpace, word: str, sigma: Array, bound: float
-) -> Truncated:
-    states = tuple((f"{word} {k + 1}", "1") for k in range(len(A)))
-    return Truncated(A, B, C, D, states, model.inputs, model.outputs, sigma, bound, frames=model.frames)
+def _with_state_names(blocks: Blocks, D: Array, model: StateSpace, word: str, sigma: Array, bound: float) -> Truncated:
+    states = tuple((f"{word} {k + 1}", "1") for k in range(len(blocks[0])))
+    return Truncated(*blocks, D, states, model.inputs, model.outputs, sigma, bound, frames=model.frames)
 
 
 def transmission_zeros(model: StateSpace) -> ComplexArray:
