@@ -7,12 +7,14 @@ import json
 from collections.abc import Iterable, Sequence
 from html import escape
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from femflex import __version__
 from femflex.extras import require
+from femflex.writing import atomic_file
 
 FIGURES = """
 for (const node of document.querySelectorAll(".plot")) {
@@ -76,6 +78,12 @@ class Page:
             parts.append(f"<!--\n{_resource('three/LICENSE')}-->")
             parts.append(f'<script type="module">{_resource("viewer.js")}</script>')
         return "\n".join([*parts, "</body>\n</html>\n"])
+
+
+def write_page(page: Page, path: str | Path, force: bool) -> None:
+    """Write a page. Raises MissingExtra without plotly, and OSError."""
+    with atomic_file(path, force) as part:
+        part.write_text(page.html(), encoding="utf-8")
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

@@ -13,13 +13,12 @@ import numpy as np
 
 from femflex.export.moving_bodies import MovingCraft, described, moving_craft
 from femflex.report.figures import history, lines
-from femflex.report.page import Page, listed, paragraphs, table
+from femflex.report.page import Page, listed, paragraphs, table, write_page
 from femflex.report.scene import Clip, ShownBody, packed
 from femflex.results import Run
 from femflex.view.curves import curves_of
 from femflex.view.energy import VISIBLE, energy_account
 from femflex.view.units import time_unit
-from femflex.writing import atomic_file
 
 if TYPE_CHECKING:
     from femflex.case import Case
@@ -70,8 +69,7 @@ def write_run_report(
     page.add("Provenance", _provenance(run))
     if run.case_text:
         page.add("Case", case_html(run.case_text))
-    with atomic_file(path, force) as part:
-        part.write_text(page.html(), encoding="utf-8")
+    write_page(page, path, force)
     return [f"{Path(path).stat().st_size / 1e6:.2g} MB, needs a browser and nothing else"]
 
 

@@ -106,15 +106,13 @@ def _body_entry(body: ShownBody, colour: str, clips: Sequence[Clip], blocks: _Bl
     surface = body.surface
     row_of = dict(zip(surface.skin.numbers.tolist(), range(len(surface.skin.numbers)), strict=True))
     other = [k for k, number in enumerate(surface.wires.numbers.tolist()) if number not in row_of]
-    n = len(row_of_all := surface.skin.numbers)
     rows = np.array([row_of.get(number, -1) for number in surface.wires.numbers.tolist()], np.int64)
-    rows[other] = n + np.arange(len(other))
+    rows[other] = len(surface.skin.numbers) + np.arange(len(other))
     points = np.concatenate([surface.skin.reference, surface.wires.reference[other]])
     shapes = np.concatenate([surface.skin.shapes, surface.wires.shapes[:, other]], axis=1)
     largest = np.abs(shapes).max(axis=(1, 2), initial=0.0)
     steps = np.where(largest > 0.0, largest, 1.0) / STEPS
     faces = np.concatenate([surface.triangles, surface.quads[:, [0, 1, 2]], surface.quads[:, [0, 2, 3]]])
-    assert len(row_of_all) == n
     return {
         "name": body.name,
         "colour": colour,

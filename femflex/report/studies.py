@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from femflex.report.figures import layout, lines, plain
-from femflex.report.page import Page, paragraphs, table
+from femflex.report.page import Page, paragraphs, table, write_page
 from femflex.report.run import modes_table
 from femflex.report.scene import Clip, ShownBody, packed
 from femflex.view.stability import REGIONS
 from femflex.view.surface import surface_of
 from femflex.view.theme import THEMES
-from femflex.writing import atomic_file
 
 if TYPE_CHECKING:
     from femflex.dynamics.linear.system_modes import SystemModes
@@ -27,12 +26,6 @@ if TYPE_CHECKING:
 
 COLOURS = {-1: "#c9d0d8", 0: "#f0b9b2", 1: "#f4d9a8", 2: "#b5dcc3"}  # of the regions of a chart, by their kinds
 MOST_OUTPUTS = 6  # of a sweep that are plotted over its inputs
-
-
-def write_page(page: Page, path: str | Path, force: bool) -> None:
-    """Write a page. Raises MissingExtra without plotly, and OSError."""
-    with atomic_file(path, force) as part:
-        part.write_text(page.html(), encoding="utf-8")
 
 
 def write_convergence_report(findings: Sequence[Finding], verdict: str, path: str | Path, force: bool = False) -> None:
@@ -223,5 +216,4 @@ def write_modes_report(modes: SystemModes, title: str, path: str | Path, force: 
     page = Page(title, [modes.about.verdict])
     page.add_scene("Shapes", packed([ShownBody("craft", surface_of(skin))], clips, 1 if in_orbit else 2))
     page.add("Modes", modes_table(modes, len(modes.names)))
-    with atomic_file(path, force) as part:
-        part.write_text(page.html(), encoding="utf-8")
+    write_page(page, path, force)

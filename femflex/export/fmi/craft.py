@@ -14,7 +14,7 @@ from zipfile import ZIP_DEFLATED, ZipFile
 
 from femflex.case import Case, read_case
 from femflex.case.named_files import check_no_input, input_files
-from femflex.export.fmi.description import Description, Variable
+from femflex.export.fmi.description import Description, port_variables
 from femflex.export.fmi.linear import identifier_of
 from femflex.export.fmi.stepped import SteppedCraft
 from femflex.extras import require
@@ -58,7 +58,7 @@ def write_craft_fmu(
         module = module.replace(f"@{word}@", repr(value))
     identifier = identifier_of(path)
     description = Description(
-        path.stem, identifier, token, _variables(craft),
+        path.stem, identifier, token, port_variables(craft.inputs, craft.outputs, craft.frames),
         {"CoSimulation": KEPT | {"needsExecutionTool": "true", "canHandleVariableCommunicationStepSize": "true"}},
         craft.step, craft.duration,
     )  # fmt: skip
@@ -73,16 +73,6 @@ def write_craft_fmu(
     return [
         f"FMI 3.0, co-simulation of the whole craft, {len(craft.inputs)} inputs, {len(craft.outputs)} outputs",
         f"for {', '.join(systems)}; the Python that loads it needs femflex",
-    ]
-
-
-def _variables(craft: SteppedCraft) -> list[Variable]:
-    def axes(name: str) -> str:
-        return f"in {craft.frames[name]} axes" if name in craft.frames else ""
-
-    return [
-        *(Variable(name, unit, "input", axes(name), start=0.0) for name, unit in craft.inputs),
-        *(Variable(name, unit, "output", axes(name)) for name, unit in craft.outputs),
     ]
 
 

@@ -35,6 +35,15 @@ class Variable:
     derivative: str = ""
 
 
+def port_variables(
+    inputs: Sequence[tuple[str, str]], outputs: Sequence[tuple[str, str]], frames: Mapping[str, str]
+) -> list[Variable]:
+    """Variables of inputs and outputs (name, unit), with the axes of their components."""
+    axes = {name: f"in {frames[name]} axes" for name in frames}
+    variables = [Variable(name, unit, "input", axes.get(name, ""), start=0.0) for name, unit in inputs]
+    return [*variables, *(Variable(name, unit, "output", axes.get(name, "")) for name, unit in outputs)]
+
+
 @dataclass(frozen=True)
 class Description:
     """An FMU: its names and variables.

@@ -17,7 +17,7 @@ from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement, tostring
 from zipfile import ZIP_DEFLATED, ZipFile
 
-from femflex.export.fmi.description import Description, Variable
+from femflex.export.fmi.description import Description, Variable, port_variables
 from femflex.export.linear.c_source import c_texts, check_constant
 from femflex.studies.linear import LinearModel, StateSpace
 from femflex.writing import atomic_file
@@ -77,15 +77,10 @@ def tuple_of_platform() -> str:
 
 def _variables(model: StateSpace) -> list[Variable]:
     """Inputs, outputs, states and their rates, in the order that fmi3.c takes them in."""
-
-    def axes(name: str) -> str:
-        return f"in {model.frames[name]} axes" if name in model.frames else ""
-
     taken = {name for name, _ in (*model.inputs, *model.outputs)}
     states = [(f"state {name}" if name in taken else name, unit) for name, unit in model.states]
     return [
-        *(Variable(name, unit, "input", axes(name), start=0.0) for name, unit in model.inputs),
-        *(Variable(name, unit, "output", axes(name)) for name, unit in model.outputs),
+        *port_variables(model.inputs, model.outputs, model.frames),
         *(Variable(name, unit, "local", "departure from the equilibrium", start=0.0) for name, unit in states),
         *(Variable(f"der({name})", _rate(unit), "local", derivative=name) for name, unit in states),
     ]
