@@ -22,9 +22,9 @@ CORNER_ARM = 0.075  # length of its axes
 LETTER = 0.023  # height of letters
 NAME, NAME_VEIL = 0.021, 0.6  # height of names of bodies, parts of the height; opacity behind them
 END_ON = 0.15  # sine of the angle to the line of sight below which an axis is a dot, named below it
-BAR_PLACE = (0.151, 0.128)  # sides of the colour bar from the right rim, parts of the height
+BAR_WIDTH = 0.15  # of the colour bar with its numbers, parts of the height
 BAR_HEIGHT = (0.22, 0.74)  # its ends
-SCALE_PLACE = (0.345, 0.045)  # middle of the length scale, parts of width and height
+SCALE_PLACE = (0.345, 0.07)  # middle of the length scale, parts of width and height
 SCALE_REACH = 0.3  # its greatest length, parts of the height
 
 
@@ -40,60 +40,57 @@ def add_text(
     """Add a text at a position in fractions of width and height; return its actor."""
     import pyvista as pv
 
-    across, upward = align.split()
-    look: Any = {"color": colour, "justification_horizontal": across, "justification_vertical": upward}
     actor: Any = pv.Text(text)
-    actor.prop = pv.TextProperty(font_file=_font(bold), font_size=max(6, round(pixels)), **look)
+    actor.prop = _text_property(round(pixels), colour, bold, align)
     actor.GetPositionCoordinate().SetCoordinateSystemToNormalizedViewport()
     actor.SetPosition(*position)
     renderer.AddViewProp(actor)
     return actor
 
 
-def add_colour_bar(renderer: Any, bar: Bar, colours: ListedColormap, theme: Theme, size: tuple[int, int]) -> None:
+def add_colour_bar(plotter: Any, bar: Bar, colours: ListedColormap, theme: Theme, size: tuple[int, int]) -> None:
     """A labelled bar of these colours at the right rim."""
     import pyvista as pv
 
-    (low, high), unit = BAR_HEIGHT, size[1] / size[0]  # parts of the width in one of the height
-    left_side, right_side = (1 - x * unit for x in BAR_PLACE)
-    middle = ((left_side + right_side) / 2, (low + high) / 2, 0.0)
-    strip = pv.Plane(center=middle, i_size=right_side - left_side, j_size=high - low, i_resolution=1, j_resolution=256)
-    strip.cell_data["colour"] = np.round(255 * colours(np.linspace(0, 1, 256))[:, :3]).astype(np.uint8)
-    _add_flat(renderer, strip)
-    pixels = size[1] * LETTER
-    for k, label in enumerate(bar.labels):
-        level = low + (high - low) * k / (len(bar.labels) - 1)
-        add_text(renderer, label, (right_side + 0.014 * unit, level), pixels, theme.text, "left center")
+    (low, high), width, pixels = BAR_HEIGHT, BAR_WIDTH * size[1] / size[0], round(size[1] * LETTER)
     title = f"{bar.title}\n[{bar.unit}]" if bar.unit else bar.title
-    add_text(renderer, title, (1 - 0.025 * unit, high + 0.035), pixels, theme.text, "right bottom")
+    mapper, text = pv.DataSetMapper(pv.PolyData()), _text_property(pixels, theme.text)
+    mapper.lookup_table = pv.LookupTable(cmap=colours, scalar_range=bar.limits)
+    place = {"position_x": 0.99 - width, "position_y": low, "width": width, "height": high - low + 0.1}
+    form = {"vertical": True, "n_labels": bar.steps + 1, "fmt": bar.form, "unconstrained_font_size": True}
+    actor = plotter.add_scalar_bar(f"{title}\n", mapper=mapper, **place, **form)
+    actor.SetTitleTextProperty(text)
+    actor.SetLabelTextProperty(text)
 
 
 def add_length_scale(renderer: Any, metre: float, theme: Theme, size: tuple[int, int]) -> None:
-    """A bar of a round length at the bottom; metre: size of one in the middle of the scene, parts of the height."""
+    """A ruler of a round length at the bottom; metre: size of one in the middle of the scene, parts of the height."""
     import pyvista as pv
+    from vtkmodules.vtkRenderingAnnotation import vtkAxisActor2D
 
     length = round_below(SCALE_REACH / metre)
-    half, (middle, low), tick = 0.5 * length * metre * size[1] / size[0], SCALE_PLACE, 0.012
-    ends = [(middle - half, low + tick), (middle - half, low), (middle + half, low), (middle + half, low + tick)]
-    line = _add_flat(renderer, pv.PolyData([(x, y, 0.0) for x, y in ends], lines=[4, 0, 1, 2, 3]))
-    line.GetProperty().SetColor(*pv.Color(theme.text).float_rgb)
-    line.GetProperty().SetLineWidth(max(1.0, size[1] / 480))
+    half, (middle, low) = 0.5 * length * metre * size[1] / size[0], SCALE_PLACE
     factor, unit = (1.0, "m") if length >= 1.0 else length_unit(length)
-    label = f"{length * factor:g} {unit}"
-    add_text(renderer, label, (middle, low + 0.012), size[1] * LETTER, theme.text, "center bottom")
+    ruler = vtkAxisActor2D()
+    ruler.SetPoint1(middle - half, low)
+    ruler.SetPoint2(middle + half, low)
+    ruler.SetTitle(f"{length * factor:g} {unit}")
+    ruler.SetTitleTextProperty(_text_property(round(size[1] * LETTER), theme.text))
+    ruler.AdjustLabelsOff()
+    ruler.SetNumberOfLabels(2)
+    ruler.LabelVisibilityOff()
+    ruler.SetTickLength(round(size[1] / 60))
+    ruler.UseFontSizeFromPropertyOn()
+    ruler.GetProperty().SetColor(*pv.Color(theme.text).float_rgb)
+    renderer.AddViewProp(ruler)
 
 
-def _add_flat(renderer: Any, data: Any) -> Any:
-    """Add lines or faces over the scene, at positions in fractions of width and height; return their actor."""
-    from vtkmodules.vtkRenderingCore import vtkActor2D, vtkCoordinate, vtkPolyDataMapper2D
+def _text_property(pixels: int, colour: str, bold: bool = False, align: str = "center center") -> Any:
+    import pyvista as pv
 
-    coordinate, mapper, actor = vtkCoordinate(), vtkPolyDataMapper2D(), vtkActor2D()
-    coordinate.SetCoordinateSystemToNormalizedViewport()
-    mapper.SetInputData(data)
-    mapper.SetTransformCoordinate(coordinate)
-    actor.SetMapper(mapper)
-    renderer.AddViewProp(actor)
-    return actor
+    across, upward = align.split()
+    look: Any = {"color": colour, "justification_horizontal": across, "justification_vertical": upward}
+    return pv.TextProperty(font_file=_font(bold), font_size=max(6, pixels), **look)
 
 
 @cache

@@ -186,7 +186,7 @@ class Scene:
                 scale_text = "deformation true to scale" if plan.scale == 1.0 else f"deformation × {plan.scale:g}"
                 add_text(renderer, scale_text, (0.98, 0.035), height / 40, theme.text, "right bottom")
             colours = theme.light_map() if look.colour == LIGHT else theme.colour_map(plan.bar.signed)
-            add_colour_bar(renderer, plan.bar, colours, theme, size)
+            add_colour_bar(self._plotter, plan.bar, colours, theme, size)
             notes = [BAR_NOTE] * (len(self._run) > 1) + [GREY_NOTE] * self._has_grey()
             if notes and look.colour != LIGHT:
                 position_below_bar = (1 - 0.025 * height / width, BAR_HEIGHT[0] - 0.025)

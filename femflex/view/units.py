@@ -33,11 +33,15 @@ class Bar:
         return (-self.top if self.signed else 0.0), self.top
 
     @property
-    def labels(self) -> list[str]:
-        """The numbers along it, from the least to the largest."""
+    def steps(self) -> int:
+        """Number of intervals on it."""
+        return 2 * self.parts if self.signed else self.parts
+
+    @property
+    def form(self) -> str:
+        """The format of the numbers along it."""
         step = self.top / self.parts
-        decimals = next(d for d in range(20) if math.isclose(round(step, d), step, rel_tol=1e-9))
-        return [f"{k * step:.{decimals}f}" for k in range(-self.parts if self.signed else 0, self.parts + 1)]
+        return f"%.{next(d for d in range(20) if math.isclose(round(step, d), step, rel_tol=1e-9))}f"
 
 
 def length_unit(largest: float) -> tuple[float, str]:
