@@ -18,7 +18,7 @@ from femflex.effectors.noun import MarkerPair
 from femflex.effectors.sensor import Sensor
 from femflex.effectors.surfaces.surface import Surface
 from femflex.measures.measure import OF_CAMPBELL, MeasureTable
-from femflex.noun.problems import Problem, suggestion_text
+from femflex.noun.problems import Problem, suggestion_text, unknown_name
 from femflex.system.orbit import Orbit
 
 NEAR = 1e-9  # relative difference of two speeds that are the same
@@ -57,10 +57,7 @@ def end_problems(outline: Outline) -> Iterator[Problem]:
     ]
     for key_path, role, body, parent in pairs:
         for key, name in ((role, body), ("parent", parent)):
-            if name is not None and name not in outline.bodies:
-                yield Problem(
-                    f"{key_path}.{key}", f"found {name!r}, which is not a body; {suggestion_text(name, outline.bodies)}"
-                )
+            yield from unknown_name(f"{key_path}.{key}", name, outline.bodies)
         if body == parent:
             yield Problem(key_path, f"found body {body!r} joined to itself; parent and {role} must differ")
     for key_path, item in outline.mounted.items():
@@ -142,11 +139,8 @@ def sight_problems(outline: Outline) -> Iterator[Problem]:
             yield Problem(
                 key_path, "found a line of sight to a ground station in a case without an [orbit]; give an [orbit]"
             )
-        if sight is not None and sight.body not in outline.bodies:
-            yield Problem(
-                f"{key_path}.body",
-                f"found {sight.body!r}, which is not a body; {suggestion_text(sight.body, outline.bodies)}",
-            )
+        if sight is not None:
+            yield from unknown_name(f"{key_path}.body", sight.body, outline.bodies)
 
 
 def member_problems(outline: Outline) -> Iterator[Problem]:
@@ -156,13 +150,8 @@ def member_problems(outline: Outline) -> Iterator[Problem]:
             continue
         for k, member in enumerate(body.members):
             for key, table in (("section", "sections"), ("material", "materials")):
-                entry = getattr(member, key)
-                if entry is not None and entry not in outline.names[table]:
-                    key_path = f"bodies.{name}.members[{member.group or k}].{key}"
-                    yield Problem(
-                        key_path,
-                        f"found {entry!r}, which is not in [{table}]; {suggestion_text(entry, outline.names[table])}",
-                    )
+                key_path = f"bodies.{name}.members[{member.group or k}].{key}"
+                yield from unknown_name(key_path, getattr(member, key), outline.names[table], f"not in [{table}]")
 
 
 def duplicate_name_problems(outline: Outline) -> Iterator[Problem]:
@@ -235,24 +224,12 @@ def quantity_problems(outline: Outline) -> Iterator[Problem]:
     ]
     if outline.study is not None:
         measures.append(("study.quantity", outline.study.quantity))
-        if outline.study.body is not None and outline.study.body not in outline.bodies:
-            yield Problem(
-                "study.body",
-                f"found {outline.study.body!r}, which is not a body; "
-                f"{suggestion_text(outline.study.body, outline.bodies)}",
-            )
+        yield from unknown_name("study.body", outline.study.body, outline.bodies)
     for key_path, measure in measures:
-        if measure.body is not None and measure.body not in outline.bodies:
-            yield Problem(
-                f"{key_path}.body",
-                f"found {measure.body!r}, which is not a body; {suggestion_text(measure.body, outline.bodies)}",
-            )
+        yield from unknown_name(f"{key_path}.body", measure.body, outline.bodies)
     for k, body in enumerate(outline.pictures.modes if outline.pictures else []):
-        if body not in outline.bodies:
-            yield Problem(
-                f"pictures.modes[{k}]", f"found {body!r}, which is not a body; {suggestion_text(body, outline.bodies)}"
-            )
-        elif isinstance(outline.bodies[body], RigidTable):
+        yield from unknown_name(f"pictures.modes[{k}]", body, outline.bodies)
+        if isinstance(outline.bodies.get(body), RigidTable):
             yield Problem(f"pictures.modes[{k}]", f"found {body!r}, which is rigid and has no modes to draw")
 
 
@@ -319,11 +296,7 @@ def marker_problems(outline: Outline, folder: Path) -> Iterator[Problem]:
                 references.append((f"{key_path}.parent_marker", joint.parent, joint.parent_marker))
     for key_path, load in outline.loads.items():
         if load is not None:
-            if load.body not in outline.bodies:
-                yield Problem(
-                    f"{key_path}.body",
-                    f"found {load.body!r}, which is not a body; {suggestion_text(load.body, outline.bodies)}",
-                )
+            yield from unknown_name(f"{key_path}.body", load.body, outline.bodies)
             references.append((f"{key_path}.marker", load.body, load.marker))
     references += [
         (f"{key_path}.marker", sight.body, sight.marker)
@@ -336,11 +309,7 @@ def marker_problems(outline: Outline, folder: Path) -> Iterator[Problem]:
         )
         for role, marker_key in pairs:
             body_name = getattr(mounted, role, None)
-            if body_name is not None and body_name not in outline.bodies:
-                yield Problem(
-                    f"{key_path}.{role}",
-                    f"found {body_name!r}, which is not a body; {suggestion_text(body_name, outline.bodies)}",
-                )
+            yield from unknown_name(f"{key_path}.{role}", body_name, outline.bodies)
             references.append((f"{key_path}.{marker_key}", body_name, getattr(mounted, marker_key, None)))
     for key_path, item in outline.between.items():
         if item is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from femflex.case.outline import Outline
-from femflex.noun.problems import Problem, quoted_names, suggestion_text
+from femflex.noun.problems import Problem, quoted_names, unknown_name
 
 SLIDING = {"prismatic": 1, "cylindrical": 1, "free": 3}
 ROOT_KEYS = (
@@ -31,11 +31,7 @@ def tree_problems(outline: Outline) -> Iterator[Problem]:
         if joint is None:
             continue
         for role, name in (("child", joint.child), ("parent", joint.parent)):
-            if name is not None and name not in outline.bodies:
-                yield Problem(
-                    f"{key_path}.{role}",
-                    f"found {name!r}, which is not a body; {suggestion_text(name, outline.bodies)}",
-                )
+            yield from unknown_name(f"{key_path}.{role}", name, outline.bodies)
         if joint.child == joint.parent:
             yield Problem(key_path, f"found body {joint.child!r} joined to itself; parent and child must differ")
         elif joint.child in parent:
@@ -65,10 +61,8 @@ def root_problems(outline: Outline) -> Iterator[Problem]:
     if any(joint is None for joint in outline.joints.values()) or outline.attitude is None or not outline.bodies:
         return
     loose, root_name = bodies_without_joint(outline), outline.attitude.root
+    yield from unknown_name("attitude.root", root_name, outline.bodies)
     if root_name is not None and root_name not in outline.bodies:
-        yield Problem(
-            "attitude.root", f"found {root_name!r}, which is not a body; {suggestion_text(root_name, outline.bodies)}"
-        )
         return
     if root_name is not None and root_name not in loose:
         yield Problem("attitude.root", f"found {root_name!r}, which already has a joint; the root body has none")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -58,6 +58,12 @@ def suggestion_text(name: str, candidates: Iterable[str]) -> str:
     if close:
         return f"did you mean {close[0]!r}?" + (f" {candidates}" if 1 < len(names) <= FEW else "")
     return candidates
+
+
+def unknown_name(where: str, name: str | None, known: Collection[str], what: str = "not a body") -> Iterator[Problem]:
+    """The problem of a name that is not among the known ones; none where there is no name."""
+    if name is not None and name not in known:
+        yield Problem(where, f"found {name!r}, which is {what}; {suggestion_text(name, known)}")
 
 
 def quoted_names(names: Iterable[str]) -> str:
