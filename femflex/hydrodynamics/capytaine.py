@@ -16,17 +16,21 @@ ADVICE = "Write it by capytaine.io.xarray.export_dataset or by to_netcdf, in the
 
 
 def read(path: Path, density: float, gravity: float) -> WaveData:
-    """The data of a file. Raises ValueError for one that is not of one rigid body with its six motions."""
+    """The data of a file. Raises ValueError for one that is not of one body with the six motions of a rigid one."""
     with open_hdf5(path, "NetCDF-4 file") as file, reading(path, "a dataset of Capytaine", ADVICE):
         missing = [name for name in ("omega", "added_mass", "radiation_damping", "radiating_dof") if name not in file]
         if missing:
             raise ValueError(f"it has no {missing[0]}")
-        rows, columns = _dofs(file, "influenced_dof"), _dofs(file, "radiating_dof")
+        (rows, shapes), (columns, others) = _dofs(file, "influenced_dof"), _dofs(file, "radiating_dof")
+        if shapes != others:
+            columns = [*columns[:6], *(columns[6 + others.index(key)] for key in shapes if key in others)]
+            if len(columns) != len(rows) or len(others) != len(shapes):
+                raise ValueError(f"its influenced_dof are {shapes} beyond the six, and its radiating_dof {others}")
         omega = _numbers(file["omega"])
         finite = np.isfinite(omega) & (omega > 0.0)
         A = _over(file["added_mass"], ("omega", "influenced_dof", "radiating_dof"))[:, rows][:, :, columns]
         B = _over(file["radiation_damping"], ("omega", "influenced_dof", "radiating_dof"))[:, rows][:, :, columns]
-        X, headings = np.zeros((finite.sum(), 0, 6), complex), np.zeros(0)
+        X, headings = np.zeros((finite.sum(), 0, len(rows)), complex), np.zeros(0)
         if "wave_direction" in file:
             headings = _numbers(file["wave_direction"])
             X = _excitation(file, rows)[finite]
@@ -44,16 +48,19 @@ def read(path: Path, density: float, gravity: float) -> WaveData:
             _optional(file, "disp_volume", "displaced_volume"),
             _optional(file, "center_of_buoyancy"),
             _optional(file, "center_of_mass"),
+            tuple(shapes),
         )
 
 
-def _dofs(file: Any, dimension: str) -> list[int]:
-    """Places of the six motions of a rigid body."""
+def _dofs(file: Any, dimension: str) -> tuple[list[int], list[str]]:
+    """Places of the six motions of a rigid body and of the others, and the names of the latter."""
     texts = [name.decode() if isinstance(name, bytes) else str(name) for name in file[dimension][()]]
-    names = [text.split("__")[-1].strip().lower() for text in texts]
+    plain = [text.split("__")[-1].strip() for text in texts]
+    names = [text.lower() for text in plain]
     if missing := [dof for dof in DOFS if names.count(dof) != 1]:
         raise ValueError(f"its {dimension} are {texts}, of which {names.count(missing[0])} are {missing[0].title()}")
-    return [names.index(dof) for dof in DOFS]
+    shapes = [k for k, name in enumerate(names) if name not in DOFS]
+    return [*(names.index(dof) for dof in DOFS), *shapes], [plain[k] for k in shapes]
 
 
 def _numbers(variable: Any) -> Array:
@@ -89,7 +96,7 @@ def _over(variable: Any, axes: tuple[str, ...]) -> Any:
 
 
 def _excitation(file: Any, rows: list[int]) -> Any:
-    """X (n, h, 6): Froude-Krylov and diffraction forces together, stored as real and imaginary parts."""
+    """X (n, h, m): Froude-Krylov and diffraction forces together, stored as real and imaginary parts."""
     parts = []
     for name in ("Froude_Krylov_force", "diffraction_force"):
         if name not in file:

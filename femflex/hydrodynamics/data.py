@@ -1,8 +1,9 @@
-"""Added mass, radiation damping and excitation of a rigid body by waves, over frequency."""
+"""Added mass, radiation damping and excitation of a body by waves, over frequency."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -13,16 +14,19 @@ DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 @dataclass(frozen=True, eq=False)
 class WaveData:
-    """Data of one rigid body over frequency; motions and forces at one point of its mean place, SI.
+    """Data of one body over frequency; motions and forces at one point of its mean place, SI.
+
+    The m motions are the six of a rigid body, then those of the shapes of a flexible one.
 
     omega       (n,)       frequencies, rising [rad/s]
-    added_mass  (n, 6, 6)  symmetric;  damping (n, 6, 6) likewise
-    infinite    (6, 6)     added mass at infinite frequency, None where the data have none
+    added_mass  (n, m, m)  symmetric;  damping (n, m, m) likewise
+    infinite    (m, m)     added mass at infinite frequency, None where the data have none
     headings    (h,)       directions in which the waves run, from x about z, rising [rad]
-    excitation  (n, h, 6)  X per amplitude: the force of a wave a cos(k x - omega t) is Re(a X exp(-i omega t))
-    stiffness   (6, 6)     hydrostatic stiffness of a floating body, None where the data have none
+    excitation  (n, h, m)  X per amplitude: the force of a wave a cos(k x - omega t) is Re(a X exp(-i omega t))
+    stiffness   (m, m)     hydrostatic stiffness of a floating body, None where the data have none
     volume, buoyancy_center, mass_center  with which the stiffness was found, None where the data have none [m^3, m]
     density, gravity       with which it was computed [kg/m^3, m/s^2]
+    shapes      (m - 6,)   names of the motions beyond the six; of WAMIT their numbers "7", "8", ...
     """
 
     omega: Array
@@ -37,9 +41,10 @@ class WaveData:
     volume: float | None = None
     buoyancy_center: Array | None = None
     mass_center: Array | None = None
+    shapes: tuple[str, ...] = ()
 
     def excitation_at(self, omega: float, heading: float) -> ComplexArray:
-        """X (6,) at a frequency and heading, by straight lines. Raises ValueError outside the data."""
+        """X (m,) at a frequency and heading, by straight lines. Raises ValueError outside the data."""
         if not len(self.headings):
             raise ValueError("the data have no excitation")
         turned = (heading - self.headings[0] + 1e-9) % (2 * np.pi) + self.headings[0] - 1e-9
@@ -61,6 +66,17 @@ class WaveData:
             share = (turned - self.headings[j]) / (self.headings[j + 1] - self.headings[j])
             rows = [(1.0 - share) * rows[0] + share * self._over_frequency(j + 1, omega)]
         return rows[0]
+
+    def over(self, J: Array) -> WaveData:
+        """The same over other motions (k,), of which each moves those of the data by a column of J (m, k)."""
+
+        def turned(a: Array | None) -> Any:
+            return None if a is None else J.T @ a @ J
+
+        return replace(
+            self, added_mass=turned(self.added_mass), damping=turned(self.damping), infinite=turned(self.infinite),
+            excitation=self.excitation @ J, stiffness=turned(self.stiffness),
+        )  # fmt: skip
 
     def _over_frequency(self, heading: int, omega: float) -> ComplexArray:
         rows = self.excitation[:, heading]

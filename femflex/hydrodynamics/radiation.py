@@ -10,7 +10,7 @@ damping may fall much faster. J, R and G follow from least squares over the data
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -28,11 +28,11 @@ WEAK = 1e-6  # of the largest, each measured by the body's size: damping of a mo
 
 @dataclass(frozen=True, eq=False)
 class Radiation:
-    """States z of radiation: dz/dt = rate z + input nu, and the force is -input^T z; nu the velocity of the body (6,).
+    """States z of radiation: dz/dt = rate z + input nu, and the force is -input^T z; nu the rates (m,) of the motions.
 
     rate      (n, n), whose symmetric part is negative: z loses energy |z|^2 / 2
-    input     (n, 6)
-    infinite  (6, 6) added mass at infinite frequency
+    input     (n, m)
+    infinite  (m, m) added mass at infinite frequency
     error     largest error of the kernel over the data, over its largest value
     """
 
@@ -42,11 +42,15 @@ class Radiation:
     error: float
 
     def kernel(self, omega: Array) -> ComplexArray:
-        """K (n, 6, 6) at frequencies (n,) [rad/s]: forces per velocity [N s/m], and likewise of turns, in SI."""
+        """K (n, m, m) at frequencies (n,) [rad/s]: forces per velocity [N s/m], and likewise of turns, in SI."""
         resolvent = 1j * omega[:, None, None] * np.eye(len(self.rate)) - self.rate
         return np.asarray(
             self.input.T @ np.linalg.solve(resolvent, np.broadcast_to(self.input, (len(omega), *self.input.shape)))
         )
+
+    def over(self, J: Array) -> Radiation:
+        """The same over other motions (k,), of which each moves those of the data by a column of J (m, k)."""
+        return replace(self, input=self.input @ J, infinite=J.T @ self.infinite @ J)
 
 
 def fitted(data: WaveData) -> Radiation:
@@ -54,16 +58,17 @@ def fitted(data: WaveData) -> Radiation:
     omega, B = data.omega, data.damping
     size = np.sqrt(np.maximum(np.einsum("nii->ni", B), 0.0).max(axis=0))  # of each motion
     moves = size**2 > WEAK * _scales(data)
-    rates, inputs = [np.zeros((0, 0))], [np.zeros((0, 6))]
+    m = len(size)
+    rates, inputs = [np.zeros((0, 0))], [np.zeros((0, m))]
     for group in _groups(B, size, moves):
         scale = np.outer(size[group], size[group])
         A = data.added_mass[:, group][:, :, group] / scale
         infinite = None if data.infinite is None else data.infinite[group][:, group] / scale
         chain = _fit_group(omega, B[:, group][:, :, group] / scale, A, infinite)
-        own, wide = chain[0], np.zeros((len(chain[0]), 6))
+        own, wide = chain[0], np.zeros((len(chain[0]), m))
         wide[:, group] = chain[1] * size[group]
         rates, inputs = [*rates, own], [*inputs, wide]
-    found = Radiation(block_diag(*rates[1:]) if rates[1:] else rates[0], np.concatenate(inputs), np.zeros((6, 6)), 0.0)
+    found = Radiation(block_diag(*rates[1:]) if rates[1:] else rates[0], np.concatenate(inputs), np.zeros((m, m)), 0.0)
     kernel, infinite = found.kernel(omega), data.infinite
     if infinite is None:
         infinite = np.mean(data.added_mass - kernel.imag / omega[:, None, None], axis=0)
@@ -74,12 +79,15 @@ def fitted(data: WaveData) -> Radiation:
 
 
 def _scales(data: WaveData) -> Array:
-    """Damping (6,) against which that of a motion is nothing: of the largest, moments by the body's size squared."""
+    """Damping (m,) against which that of a motion is nothing: of the largest, by the added masses of the motions.
+
+    Those of rotations are one, so that one about which little water moves does not count by itself.
+    """
     inertia = np.abs(np.einsum("nii->ni", data.added_mass)).max(axis=0)
-    arm = inertia[3:].max() / max(inertia[:3].max(), np.finfo(float).tiny)
+    weights = np.concatenate([np.full(3, inertia[:3].max()), np.full(3, inertia[3:6].max()), inertia[6:]])
+    weights = np.maximum(weights, np.finfo(float).tiny)
     B = np.einsum("nii->ni", data.damping).max(axis=0)
-    largest = max(B[:3].max(), B[3:].max() / max(arm, np.finfo(float).tiny))
-    return np.array([largest] * 3 + [largest * arm] * 3)
+    return np.asarray((B / weights).max() * weights)
 
 
 def _groups(B: Array, size: Array, moves: Array) -> list[list[int]]:

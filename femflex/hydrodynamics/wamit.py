@@ -2,7 +2,7 @@
 
 With a length of 1 m they hold A/(rho L^k) and B/(rho omega L^k) with k = 3, 4, 5 for forces of translations, mixed and
 moments of rotations; X/(rho g L^m) with m = 2, 3 by the convention exp(+i omega t); C/(rho g L^m). A period of 0 stands
-for infinite frequency, a negative one for frequency zero.
+for infinite frequency, a negative one for frequency zero. Modes from 7 on are those of a flexible body (NEWMODES).
 """
 
 from __future__ import annotations
@@ -23,19 +23,22 @@ def read(path: Path, density: float, gravity: float) -> WaveData:
     if path.suffix != ".1":
         raise ValueError(f"{path.name} is neither NAME.nc of Capytaine nor NAME.1 of WAMIT; give one of them")
     with reading(path, "NAME.1 of WAMIT", ADVICE):
-        omega, A, B, infinite = _radiation(_rows(path, (4, 5)), density)
-    headings, X = np.zeros(0), np.zeros((len(omega), 0, 6), complex)
+        rows = _rows(path, (4, 5))
+        m = max([6, *(int(max(row[1], row[2])) for row in rows)])
+        omega, A, B, infinite = _radiation(rows, density, m)
+    headings, X = np.zeros(0), np.zeros((len(omega), 0, m), complex)
     excitation = path.with_suffix(".3")
     if excitation.exists():
         with reading(excitation, "NAME.3 of WAMIT", ADVICE):
-            headings, X = _excitation(_rows(excitation, (7,)), omega, density * gravity)
+            headings, X = _excitation(_rows(excitation, (7,)), omega, density * gravity, m)
     stiffness, hydrostatics = None, path.with_suffix(".hst")
     if hydrostatics.exists():
         with reading(hydrostatics, "NAME.hst of WAMIT", ADVICE):
-            stiffness = np.zeros((6, 6))
+            stiffness = np.zeros((m, m))
             for i, j, value in _rows(hydrostatics, (3,)):
-                stiffness[int(i) - 1, int(j) - 1] = density * gravity * value
-    return WaveData(omega, A, B, infinite, headings, X, density, gravity, stiffness)
+                stiffness[_place(i, m), _place(j, m)] = density * gravity * value
+    shapes = tuple(str(k) for k in range(7, m + 1))
+    return WaveData(omega, A, B, infinite, headings, X, density, gravity, stiffness, shapes=shapes)
 
 
 def _rows(path: Path, counts: tuple[int, ...]) -> list[list[float]]:
@@ -55,20 +58,20 @@ def _rows(path: Path, counts: tuple[int, ...]) -> list[list[float]]:
     return out
 
 
-def _place(number: float) -> int:
-    if number not in (1, 2, 3, 4, 5, 6):
-        raise ValueError(f"it has the mode {number:g}; only data of one rigid body, modes 1 to 6, are read")
+def _place(number: float, m: int) -> int:
+    if number not in range(1, m + 1):
+        raise ValueError(f"it has the mode {number:g}, where NAME.1 has modes 1 to {m}")
     return int(number) - 1
 
 
-def _radiation(rows: list[list[float]], density: float) -> tuple[Array, Array, Array, Array | None]:
+def _radiation(rows: list[list[float]], density: float, m: int) -> tuple[Array, Array, Array, Array | None]:
     periods = sorted({row[0] for row in rows if row[0] > 0.0}, reverse=True)
     omega = 2 * np.pi / np.array(periods)
-    A, B = np.zeros((len(periods), 6, 6)), np.zeros((len(periods), 6, 6))
-    infinite = np.zeros((6, 6)) if any(row[0] == 0.0 for row in rows) else None
+    A, B = np.zeros((len(periods), m, m)), np.zeros((len(periods), m, m))
+    infinite = np.zeros((m, m)) if any(row[0] == 0.0 for row in rows) else None
     at = {period: k for k, period in enumerate(periods)}
     for period, i, j, a, *b in rows:
-        place = _place(i), _place(j)
+        place = _place(i, m), _place(j, m)
         if period == 0.0 and infinite is not None:
             infinite[place] = density * a
         if period > 0.0:
@@ -78,13 +81,13 @@ def _radiation(rows: list[list[float]], density: float) -> tuple[Array, Array, A
     return omega, A, B, infinite
 
 
-def _excitation(rows: list[list[float]], omega: Array, scale: float) -> tuple[Array, Array]:
+def _excitation(rows: list[list[float]], omega: Array, scale: float, m: int) -> tuple[Array, Array]:
     angles = sorted({row[1] for row in rows})
-    X = np.full((len(omega), len(angles), 6), np.nan, complex)
+    X = np.full((len(omega), len(angles), m), np.nan, complex)
     for period, angle, i, _, _, real, imaginary in rows:
         if period > 0.0:
             k = int(np.argmin(np.abs(omega - 2 * np.pi / period)))
-            X[k, angles.index(angle), _place(i)] = scale * (real - 1j * imaginary)  # its conjugate: exp(-i omega t)
+            X[k, angles.index(angle), _place(i, m)] = scale * (real - 1j * imaginary)  # its conjugate: exp(-i omega t)
     if not np.isfinite(X).all():
         raise ValueError("it lacks excitation at some period and heading of NAME.1")
     return np.radians(angles), X

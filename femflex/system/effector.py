@@ -114,6 +114,8 @@ class Effector:
     added_mass  function of compiled code with the arguments of `act` that writes a symmetric matrix (n_markers, 6, 6),
                 inertial components: the wrench -M (a, alpha) at each marker resists its acceleration and joins the mass
                 matrix. It reads positions, attitudes, velocities and parameters alone
+    body_mass   (6 + n, 6 + n) constant mass of the body of its first marker, which does not bend: over accelerations of
+                this marker along its axes, translations before rotations, and of the body's n coordinates
     linear      (effector) -> the same as linear models and states of rest have it: steady, linear in velocities
     linear_note what these leave out of it; "" for nothing
     silent      () -> the same without its command or output
@@ -145,6 +147,7 @@ class Effector:
     coasting: Callable[[str, Array], Effector] | None = None
     silent: Callable[[], Effector] | None = None
     added_mass: CompiledAct | None = None
+    body_mass: Array | None = None
     linear: Callable[[Effector], Effector] | None = None
     linear_note: str = ""
 
@@ -178,6 +181,11 @@ class Effector:
         for key in ("states", "channels"):
             if clash := [name for name in getattr(self, key) if name in reserved_names(self, key)]:
                 raise ValueError(f"effector {self.name!r} has two outputs named {clash[0]!r}; rename one")
+
+    @property
+    def adds_mass(self) -> bool:
+        """Whether it adds to the mass matrix of bodies."""
+        return self.added_mass is not None or self.body_mass is not None
 
     @property
     def acts(self) -> bool:

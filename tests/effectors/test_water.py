@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.wave_files import write_capytaine, write_wamit
 
 import femflex
 from femflex import read_case
@@ -112,14 +113,39 @@ child = "tube"
 """
 
 
+SHAPES = (
+    TUBE.partition("[wet_members.tube]")[0]
+    + """
+[[joints]]
+kind = "weld"
+parent = "buoy"
+child = "tube"
+[wet_bodies.tube]
+body = "tube"
+marker = "tip"
+data = "hull.1"
+data_origin = [1, 0.1, 0.2]
+volume = 0.02
+center_of_buoyancy = [0.1, 0, 0.2]
+waterplane_area = 1.1
+waterplane_moments = [0.2, 0.3, 0.05]
+drag_areas = [1, 1.2, 1.4]
+shapes = [
+  { dof = "8", marker = "tip" }, { dof = "7", coordinate = 3 }, { coordinate = 4, marker = "tip", component = "y" },
+]
+"""
+)
+
+
 def model_of(tmp_path, text):
+    write_wamit(tmp_path / "hull.1", kernel_data(np.linspace(0.2, 9.0, 40), 3))
     path = tmp_path / "case.toml"
     path.write_text(text)
     return compile_system(system_of(read_case(path)))
 
 
 @pytest.mark.filterwarnings("ignore::femflex.warning.PhysicsWarning")
-@pytest.mark.parametrize(("parts", "size"), [(MOORED_ROD, 0.2), (HULL, 0.3), (TUBE, 0.05)])
+@pytest.mark.parametrize(("parts", "size"), [(MOORED_ROD, 0.2), (HULL, 0.3), (TUBE, 0.05), (SHAPES, 0.01)])
 def test_energy_of_bodies_and_water_balances(tmp_path, parts, size):
     model = model_of(tmp_path, HEAD + parts)
     rng = np.random.default_rng(1)
@@ -242,19 +268,23 @@ def test_segments_and_second_integrator_and_run_without_water(tmp_path):
     assert ends[1] == pytest.approx(ends[0], abs=1e-4)
 
 
-def kernel_data(omega):
-    """Data of K(t), the derivative of a falling Gaussian swing, over all six motions: its transforms by quadrature."""
+def kernel_data(omega, n=0):
+    """Data of K(t), the derivative of a falling Gaussian swing, over all six motions and n shapes: its transforms."""
     t = np.linspace(0.0, 40.0, 8001)
     K = np.exp(-0.25 * t**2) * np.cos(1.1 * t)
     fall = np.exp(-0.08 * t**2)
     K = K - fall * np.trapezoid(K, t) / np.trapezoid(fall, t)  # none at zero frequency
     transform = np.array([np.trapezoid(K * np.exp(-1j * w * t), t) for w in omega])
     shape = np.array([[1, 0, 0, 0, 0.7, 0], [0, 1, 0, -0.6, 0, 0], [0, 0, 1, 0, 0, 0]], float)
+    shape = np.hstack([shape, np.outer([0, 0, 1], 0.3 * np.sin(1.0 + np.arange(n)))])
     one = sum(np.outer(row, row) for row in shape)
-    infinite = 3.0 * np.eye(6) + one
+    infinite = 3.0 * np.eye(6 + n) + one
     A = infinite + (transform.imag / omega)[:, None, None] * one
-    X = (1.0 + 0.1j) * omega[:, None, None] * np.ones((1, 2, 6)) * np.array([1.0, 2.0])[:, None]
-    return WaveData(omega, A, transform.real[:, None, None] * one, infinite, np.radians([0.0, 90.0]), X, 1000.0, 10.0)
+    X = (1.0 + 0.1j) * omega[:, None, None] * np.ones((1, 2, 6 + n)) * np.array([1.0, 2.0])[:, None]
+    B = transform.real[:, None, None] * one
+    stiffness = None if n == 0 else 100.0 * (np.eye(6 + n) + 0.1 * one)
+    names = tuple(str(7 + k) for k in range(n))
+    return WaveData(omega, A, B, infinite, np.radians([0.0, 90.0]), X, 1000.0, 10.0, stiffness, shapes=names)
 
 
 @pytest.mark.parametrize("knows_infinite", [True, False])
@@ -279,48 +309,12 @@ def kernel_of(t):
 
 
 def test_files_of_wamit_and_capytaine_hold_the_same_data(tmp_path):
-    xarray, _ = pytest.importorskip("xarray"), pytest.importorskip("h5netcdf")
+    pytest.importorskip("xarray"), pytest.importorskip("h5netcdf")
     data = kernel_data(np.linspace(0.5, 3.0, 6))
-    one, three, rho, g = [], [], data.density, data.gravity
-    for i in range(6):
-        one += [f"0.0 {i + 1} {j + 1} {data.infinite[i, j] / rho:.12e}" for j in range(6)]
-    for k, w in enumerate(data.omega):
-        period = 2 * np.pi / w
-        for i in range(6):
-            one += [
-                f"{period:.12e} {i + 1} {j + 1} {data.added_mass[k, i, j] / rho:.12e} "
-                f"{data.damping[k, i, j] / rho / w:.12e}"
-                for j in range(6)
-            ]
-            for h, angle in enumerate((0.0, 90.0)):
-                x = np.conj(data.excitation[k, h, i]) / (rho * g)  # by exp(+i omega t)
-                numbers = f"{abs(x):.12e} {np.degrees(np.angle(x)):.12e} {x.real:.12e} {x.imag:.12e}"
-                three.append(f"{period:.12e} {angle} {i + 1} {numbers}")
-    (tmp_path / "hull.1").write_text("\n".join(one))
-    (tmp_path / "hull.3").write_text("\n".join(three))
-    names = ["Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw"]
-    order = [2, 0, 1, 5, 4, 3]  # a file may have them in any order
-    omega = np.append(data.omega, np.inf)
-    A = np.concatenate([data.added_mass, data.infinite[None]])[:, order][:, :, order]
-    B = np.concatenate([data.damping, np.zeros((1, 6, 6))])[:, order][:, :, order]
-    X = np.concatenate([data.excitation, np.zeros((1, 2, 6))])[:, :, order]
-    parts = np.stack([X.real, X.imag])
-    coordinates = {
-        "omega": omega, "wave_direction": data.headings, "radiating_dof": [names[k] for k in order],
-        "influenced_dof": [names[k] for k in order], "complex": ["re", "im"],
-    }  # fmt: skip
-    axes = ("omega", "radiating_dof", "influenced_dof")
-    forces = ("complex", "omega", "wave_direction", "influenced_dof")
-    dataset = xarray.Dataset(
-        {
-            "added_mass": (axes, A), "radiation_damping": (axes, B), "Froude_Krylov_force": (forces, 0.25 * parts),
-            "diffraction_force": (forces, 0.75 * parts), "rho": ((), rho), "g": ((), g),
-        },
-        coordinates,
-    )  # fmt: skip
-    dataset.to_netcdf(tmp_path / "hull.nc", engine="h5netcdf")
+    write_wamit(tmp_path / "hull.1", data)
+    write_capytaine(tmp_path / "hull.nc", data)
     for name in ("hull.1", "hull.nc"):
-        found = read_wave_data(tmp_path / name, rho, g)
+        found = read_wave_data(tmp_path / name, data.density, data.gravity)
         for key in ("omega", "added_mass", "damping", "infinite", "headings", "excitation"):
             assert getattr(found, key) == pytest.approx(getattr(data, key), rel=1e-9, abs=1e-9), (name, key)
         middle = found.excitation_at(1.25, np.radians(45.0))

@@ -1,4 +1,4 @@
-"""Masses that effectors add at their markers (see `Effector.added_mass`), gathered on the bodies that carry these.
+"""Masses that effectors add at markers and to bodies (see `Effector.added_mass`), gathered on the bodies.
 
 With the accelerations J (a, ddot delta) + bias of a marker, J = (S | columns) from those of the body's origin, a matrix
 M adds J^T M J to the mass matrix of the body and J^T M bias to its forces.
@@ -98,6 +98,27 @@ def add_marker_mass(p: Record, matrix: Array, table: Table, pool: Array, work: A
                         work[entry + k] += c * work[products + s * row + k]
 
 
+@inner
+def add_body_mass(e: Record, table: Table, pool: Array, work: Array) -> None:
+    """Add the constant mass of an effector to its body; its marker's bias acceleration is the centripetal one."""
+    b = body_of(table, port_at(table, e["markers"])["body"])
+    n, bias = b["n"], place_of_bias(b)
+    M, size = e["body_mass"] + 3, 6 + n
+    omega = load3(work, b["work"] + W_OMEGA)
+    a = cross(omega, cross(omega, load3(pool, e["body_mass"])))
+    for i in range(6):
+        add_wrench(work, b["added"] + 8 * i, load3(pool, M + size * i), load3(pool, M + size * i + 3))
+    for k in range(n):
+        row, entry = M + size * (6 + k), b["added"] + SIX_ROWS + b["stride"] * k
+        add_wrench(work, entry + b["row"], load3(pool, row), load3(pool, row + 3))
+        for j in range(n):
+            work[entry + j] += pool[row + 6 + j]
+        work[bias + 8 + k] += dot(load3(pool, row), a)
+    for i in range(3):
+        work[bias + i] += dot(load3(pool, M + size * i), a)
+        work[bias + 4 + i] += dot(load3(pool, M + size * (3 + i)), a)
+
+
 @entry(ADD_MASS)
 def write_added_masses(t: float, table: Table, pool: Array, work: Array) -> None:
     """Write the masses that all effectors add, at the placed state."""
@@ -108,6 +129,8 @@ def write_added_masses(t: float, table: Table, pool: Array, work: Array) -> None
     origin = reference_motion(table, pool, work)
     for i in range(head["n_wet"]):
         e = effector_at(table, head["wet"] + N_EFFECTOR * i)
+        if e["body_mass"] > 0:
+            add_body_mass(e, table, pool, work)
         if e["add_mass"] == 0:
             continue
         for k in range(e["n_markers"]):

@@ -7,7 +7,8 @@ from collections import defaultdict
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.arrays import IntArray, Record, Table
+from femflex.arrays import Array, IntArray, Record, Table
+from femflex.body import Marker
 from femflex.dynamics.bodies.added_mass import MATRIX
 from femflex.dynamics.forces.effector_functions import act_address, call_sizes, input_size, output_size
 from femflex.dynamics.layout.pool import Pool, Scratch, add_marker
@@ -34,6 +35,7 @@ EFFECTOR = np.dtype(
             "seen", "out",  # work: what is seen; what is written, twice
             "pushed",  # work: force (3) and torque (3) of its group up to it, inertial components
             "masses",  # work (n_markers, 6, 6): masses that it adds, inertial components
+            "body_mass",  # pool (3 + (6 + n)^2,): place of its first marker, and mass over its body's motion; 0: none
             "trial", "matrix",  # work (n_z,), (n_z, n_z + 1): for Newton's method
         )
     ]
@@ -65,7 +67,7 @@ def lowered(
     position = first + N_EFFECTOR * len(effectors)
     names = [name for name, _ in system.state_names()]
     for record, effector in zip(records, effectors, strict=True):
-        lower_effector(record, effector, names, pool, scratch)
+        lower_effector(record, effector, system, names, pool, scratch)
     ports = [lowered_markers(effector, system, pool, scratch) for effector in effectors]
     share_storage(effectors, records, ports, scratch)
     offsets = signal_offsets(effectors, records, names, int(head["z"]))
@@ -97,7 +99,9 @@ def signal_offsets(effectors: list[Effector], records: Records, names: list[str]
     return offsets | {name: k for k, name in enumerate(names)}
 
 
-def lower_effector(record: Record, effector: Effector, names: list[str], pool: Pool, scratch: Scratch) -> None:
+def lower_effector(
+    record: Record, effector: Effector, system: System, names: list[str], pool: Pool, scratch: Scratch
+) -> None:
     """Counts, addresses and places of one effector's own numbers."""
     m, f, n = len(effector.markers), len(effector.freedoms), len(effector.states)
     record["n_markers"], record["n_freedoms"], record["n_inputs"] = m, f, len(effector.inputs)
@@ -108,6 +112,9 @@ def lower_effector(record: Record, effector: Effector, names: list[str], pool: P
         record["jacobian"] = act_address(effector.name, effector.jacobian, sizes, jacobian=True)
     if effector.added_mass is not None:
         record["add_mass"], record["masses"] = effector.added_mass.address, scratch.take(MATRIX * m)
+    if effector.body_mass is not None:
+        body, marker = effector.markers[0]
+        record["body_mass"] = pool.add(mass_about_origin(effector.body_mass, system.bodies[body].marker(marker)))
     record["z"] = names.index(effector.state_names()[0][0]) if n else 0
     record["parameters"], record["sizes"] = pool.add(effector.parameters), pool.add(effector.sizes)
     record["pushes"] = "force" in effector.exerts or "torque" in effector.exerts
@@ -115,6 +122,15 @@ def lower_effector(record: Record, effector: Effector, names: list[str], pool: P
     record["seen"] = scratch.take(input_size(m, f, len(effector.inputs)))
     record["out"] = scratch.take(2 * padded(max(output_size(m, f, n, len(effector.channels)), n * n)))
     record["trial"], record["matrix"] = scratch.take(n), scratch.take(n * (n + 1))
+
+
+def mass_about_origin(mass: Array, marker: Marker) -> Array:
+    """Place (3,) of a marker, then a mass (6 + n, 6 + n) along its axes over the motion of the body's own frame."""
+    r, C = marker.position, marker.orientation
+    across = np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
+    J = np.eye(len(mass))
+    J[:6, :6] = np.block([[C.T, -C.T @ across], [np.zeros((3, 3)), C.T]])
+    return np.concatenate([r, (J.T @ mass @ J).ravel()])
 
 
 def marker_groups(effectors: list[Effector]) -> list[list[int]]:

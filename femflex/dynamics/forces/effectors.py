@@ -131,7 +131,7 @@ class Effectors(ForceTerm):
     def lower(self, system: System, head: Record, bodies: Records, pool: Pool, scratch: Scratch, at: int) -> Table:
         effectors = acting_effectors(system)
         head["relaxes"] = int(any(effector.states for effector in effectors))
-        wet = {body for effector in effectors if effector.added_mass is not None for body, _ in effector.markers}
+        wet = {body for effector in effectors if effector.adds_mass for body, _ in effector.markers}
         if wet:
             head["add_mass"], head["wet"], head["n_wet"] = write_added_masses.address, at, len(effectors)
         for record, name in zip(bodies[1:], system.order, strict=True):
