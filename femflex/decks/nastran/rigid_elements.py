@@ -9,7 +9,6 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.decks.nastran.card import Card, numbers_of
 from femflex.decks.nastran.model import NastranModel
-from femflex.fem import Distributing
 from femflex.mesh.formats.guards import check_count
 
 SINGULAR = 1e-10  # smallest relative singular value of components that determine a rigid motion
@@ -179,30 +178,22 @@ def _rbe3(model: NastranModel, card: Card) -> None:
     """
     centre, components = card.integer(2), card.components(3)
     groups: list[tuple[float, tuple[int, ...], list[int]]] = []
-    weighted_components: tuple[int, ...] = ()
-    k, weight, grids = 4, None, list[int]()
     words = [word.strip().upper() for word in card.fields]
-    while k < len(words):
-        word = words[k]
-        if word in ("UM", "ALPHA", "TREF"):
-            break
-        if not word:
+    k, end = 4, next((k for k, word in enumerate(words) if word in ("UM", "ALPHA", "TREF")), len(words))
+    while k < end:
+        if not words[k]:
             k += 1
-        elif not word.lstrip("+-").isdigit() and word != "THRU":
-            if weight is not None:
-                groups.append((weight, weighted_components, grids))
-            weight, weighted_components, grids = card.real(k), card.components(k + 1), []
-            k += 2
-        elif word == "THRU":
-            span = range(grids[-1] + 1, card.integer(k + 1) + 1)
+        elif words[k] == "THRU" and groups:
+            span = range(groups[-1][2][-1] + 1, card.integer(k + 1) + 1)
             check_count(len(span), str(card))
-            grids += span
+            groups[-1][2].extend(span)
             k += 2
-        else:
-            grids.append(int(word))
+        elif words[k].lstrip("+-").isdigit() and groups:
+            groups[-1][2].append(int(words[k]))
             k += 1
-    if weight is not None:
-        groups.append((weight, weighted_components, grids))
+        else:
+            groups.append((card.real(k), card.components(k + 1), []))
+            k += 2
     if not groups or not components:
         raise ValueError(f"{card} has no weights, grids or components")
     leaders = list(dict.fromkeys(g for _, _, grids in groups for g in grids))
@@ -212,52 +203,28 @@ def _rbe3(model: NastranModel, card: Card) -> None:
         model.bulk.findings.unused("RBE3 UM", "UM is not used: the reference grid is the dependent one", card.location)
     if not model.depend(centre, components, card):
         return
-    simple = all(c == (1, 2, 3) for _, c, _ in groups) and len(leaders) == sum(len(g) for _, _, g in groups)
     origin = model.grids[centre].position
-    # first-order solids get more nodes, which join groups of their nodes: leaders on solids are named individually
-    if simple and len(components) == 6 and centre not in leaders and set(leaders) <= model.turning:
-        x = np.array([model.grids[g].position for g in leaders])
-        w = np.concatenate([np.full(len(grids), weight) for weight, _, grids in groups])
-        r = x - w @ x / w.sum()
-        extents = np.linalg.svd(r, compute_uv=False)
-        if len(extents) > 1 and extents[1] > 1e-6 * extents[0]:
-            name = model.new_group(f"rbe3_{card.integer(0)}", leaders)
-            order = np.argsort([model.row(g) for g in leaders])
-            weights = tuple(float(v) for v in w[order])
-            model.connections.append(Distributing(group=name, reference=model.group(centre), weights=weights))
-            model.moving.add(centre)
-            model.turning.add(centre)
-            model.required.update(leaders)
-            return
     x = np.array([model.grids[g].position for g in leaders]) - origin
     mean_distance = float(np.linalg.norm(x, axis=1).mean()) or 1.0
-    rows, factors, selections = [], [], []
-    for factor, weighted_components, grids in groups:
-        for g in grids:
-            axes, start = model.grids.axes(g), 6 * leaders.index(g)
-            for row, c in zip(_rigid_rows(model, g, weighted_components, origin), weighted_components, strict=True):
-                selection = np.zeros(6 * len(leaders))
-                selection[start + (3 if c > 3 else 0) : start + (6 if c > 3 else 3)] = axes[(c - 1) % 3]
-                rows.append(row)
-                factors.append(factor * (mean_distance**2 if c > 3 else 1.0))
-                selections.append(selection)
-    R, W, P = np.array(rows), np.array(factors), np.array(selections)
+    terms = [(weight, g, c) for weight, weighted, grids in groups for g in grids for c in weighted]
+    R = np.concatenate([_rigid_rows(model, g, weighted, origin) for _, weighted, grids in groups for g in grids])
+    W = np.array([weight * (mean_distance**2 if c > 3 else 1.0) for weight, _, c in terms])
     scale = np.array([1.0, 1, 1, 1 / mean_distance, 1 / mean_distance, 1 / mean_distance])
     A = scale[:, None] * (R.T * W) @ R * scale
     values = np.linalg.eigvalsh(A)
     centre_rows = _rigid_rows(model, centre, components, origin)
-    if values[0] <= SINGULAR * values[-1]:
-        inverse = np.linalg.pinv(A, rcond=1e-9, hermitian=True)
-        lost_motion = np.abs(centre_rows * scale @ (np.eye(6) - inverse @ A)).max()
-        if lost_motion > 1e-6:
-            raise ValueError(
-                f"{card}: its grids and components do not determine the motion of grid {centre} in components "
-                f"{''.join(map(str, components))} (they lie on a line or at one point); name more"
-            )
-    else:
-        inverse = np.linalg.inv(A)
-    p = scale[:, None] * inverse @ (scale[:, None] * (R.T * W)) @ P
-    _add_multi_point(model, card, centre, components, leaders, centre_rows @ p)
+    inverse = np.linalg.pinv(A, rcond=1e-9, hermitian=True) if values[0] <= SINGULAR * values[-1] else np.linalg.inv(A)
+    if np.abs(centre_rows * scale @ (np.eye(6) - inverse @ A)).max() > 1e-6:
+        raise ValueError(
+            f"{card}: its grids and components do not determine the motion of grid {centre} in components "
+            f"{''.join(map(str, components))} (they lie on a line or at one point); name more"
+        )
+    share = centre_rows @ (scale[:, None] * inverse @ (scale[:, None] * (R.T * W)))  # of every term in the motion
+    matrix, column = np.zeros((len(components), 6 * len(leaders))), {g: 6 * k for k, g in enumerate(leaders)}
+    for k, (_, g, c) in enumerate(terms):
+        start = column[g] + (3 if c > 3 else 0)
+        matrix[:, start : start + 3] += np.outer(share[:, k], model.grids.axes(g)[(c - 1) % 3])
+    _add_multi_point(model, card, centre, components, leaders, matrix)
 
 
 def _mpcs(model: NastranModel) -> None:
