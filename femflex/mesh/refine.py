@@ -15,7 +15,7 @@ one to the other join as well; define such boundaries as groups of cells.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING
@@ -61,25 +61,10 @@ def refined(mesh: Mesh, times: int = 1) -> Mesh:
 
 def refined_once(mesh: Mesh) -> Mesh:
     """The mesh with every cell divided in two along each edge."""
-    marks = _marks(mesh)
-    old_keys, old_points = _existing_points(mesh, marks)
-    keys, positions = [], []
     # curved cells first: they determine the positions
     ordered = sorted(mesh.cells.items(), key=lambda item: -CELL_TYPES[item[0]].order)
-    for cell, nodes in ordered:
-        lattice = _lattice(cell)
-        keys.append(_keys(cell, nodes, lattice, marks))
-        positions.append(CELL_TYPES[cell].interpolation(lattice) @ mesh.points[nodes])
-    flat = np.concatenate([np.empty(0, np.uint64), *(k.ravel() for k in keys)])
-    unique, first, number = np.unique(flat, return_index=True, return_inverse=True)
-    slot = np.minimum(np.searchsorted(old_keys, unique), max(len(old_keys) - 1, 0))
-    is_new = old_keys[slot] != unique
-    point_number = np.where(is_new, len(mesh.points) + np.cumsum(is_new) - 1, old_points[slot])
-    all_positions = np.concatenate([np.empty((0, 3)), *(p.reshape(-1, 3) for p in positions)])
-    points = np.concatenate([mesh.points, all_positions[first[is_new]]])
-
-    rows = np.split(point_number[number.ravel()], np.cumsum([k.size for k in keys])[:-1])
-    lattices = {cell: part.reshape(k.shape) for (cell, _), part, k in zip(ordered, rows, keys, strict=True)}
+    points, rows = points_at(mesh, marks_of(mesh), [(cell, nodes, _lattice(cell)) for cell, nodes in ordered])
+    lattices = {cell: part for (cell, _), part in zip(ordered, rows, strict=True)}
     cells: dict[str, list[IntArray]] = {}
     children_of: dict[
         str, list[tuple[str, int, int]]
@@ -96,6 +81,29 @@ def refined_once(mesh: Mesh) -> Mesh:
     }
     joined = {kind: np.concatenate(parts) for kind, parts in cells.items()}
     return replace(mesh, points=points, cells=joined, cell_groups=cell_groups, point_groups=point_groups)
+
+
+Part = tuple[str, IntArray, Array]  # cells of one type, their nodes (n, k), and positions (m, d) on the unit cell
+
+
+def points_at(mesh: Mesh, marks: Keys, parts: Sequence[Part], strict: bool = True) -> tuple[Array, list[IntArray]]:
+    """Points of the mesh with those at positions on cells, each once for all cells that share it, and for every part
+    their numbers (n, m).
+
+    strict: whether two points in the middle of one edge or face are refused
+    """
+    keys = [keys_of(part, marks) for part in parts]
+    positions = [CELL_TYPES[cell].interpolation(on_cell) @ mesh.points[nodes] for cell, nodes, on_cell in parts]
+    old_keys, old_points = _existing_points(mesh, marks, strict)
+    flat = np.concatenate([np.empty(0, np.uint64), *(k.ravel() for k in keys)])
+    unique, first, number = np.unique(flat, return_index=True, return_inverse=True)
+    slot = np.minimum(np.searchsorted(old_keys, unique), max(len(old_keys) - 1, 0))
+    is_new = old_keys[slot] != unique
+    point_number = np.where(is_new, len(mesh.points) + np.cumsum(is_new) - 1, old_points[slot])
+    all_positions = np.concatenate([np.empty((0, 3)), *(p.reshape(-1, 3) for p in positions)])
+    rows = np.split(point_number[number.ravel()], np.cumsum([k.size for k in keys])[:-1])
+    points = np.concatenate([mesh.points, all_positions[first[is_new]]])
+    return points, [part.reshape(k.shape) for part, k in zip(rows, keys, strict=True)]
 
 
 def refined_values(cell: str, values: Array) -> Array:
@@ -124,7 +132,7 @@ def _group_of_children(
     return {kind: np.concatenate(parts) for kind, parts in rows_by_type.items()}
 
 
-def _marks(mesh: Mesh) -> Keys:
+def marks_of(mesh: Mesh) -> Keys:
     """Random marks (n_points,) of the points, from which the keys of new points are computed.
 
     A middle node of a cell that is a corner of another cell (two line cells along an edge of a nine-node shell) gets
@@ -145,11 +153,12 @@ def _marks(mesh: Mesh) -> Keys:
     return marks
 
 
-def _keys(cell: str, nodes: IntArray, positions: Array, marks: Keys) -> Keys:
-    """Keys (n, m) of positions (m, d): the weighted sum, modulo 2^64, of random marks of the corners.
+def keys_of(part: Part, marks: Keys) -> Keys:
+    """Keys (n, m) of positions on cells: the weighted sum, modulo 2^64, of random marks of the corners.
 
     Two different points share a key with probability 2^-64.
     """
+    cell, nodes, positions = part
     kind = CELL_TYPES[cell]
     weights = np.rint(CELL_TYPES[kind.corner].interpolation(positions) * WEIGHT_STEPS).astype(np.uint64)
     corners = marks[nodes[:, : kind.n_corners]]
@@ -159,15 +168,15 @@ def _keys(cell: str, nodes: IntArray, positions: Array, marks: Keys) -> Keys:
     return total
 
 
-def _existing_points(mesh: Mesh, marks: Keys) -> tuple[Keys, IntArray]:
+def _existing_points(mesh: Mesh, marks: Keys, strict: bool) -> tuple[Keys, IntArray]:
     """Sorted keys of the existing points of cells, and the numbers of these points."""
-    keys = [_keys(cell, nodes, CELL_TYPES[cell].nodes, marks).ravel() for cell, nodes in mesh.cells.items()]
+    keys = [keys_of((cell, nodes, CELL_TYPES[cell].nodes), marks).ravel() for cell, nodes in mesh.cells.items()]
     points = [nodes.ravel() for nodes in mesh.cells.values()]
     pairs_key = np.concatenate([np.empty(0, np.uint64), *keys])
     pairs_point = np.concatenate([np.empty(0, np.int64), *points])
     unique, first, inverse = np.unique(pairs_key, return_index=True, return_inverse=True)
     differ = pairs_point[first][inverse.ravel()] != pairs_point
-    if differ.any():
+    if strict and differ.any():
         a, b = pairs_point[first][inverse.ravel()][differ][0], pairs_point[differ][0]
         raise ValueError(
             f"points {a} and {b} are both the middle of one edge or face: two curved cells there share their corners "

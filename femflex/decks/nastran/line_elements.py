@@ -20,6 +20,12 @@ from femflex.fem.sections.library import CableSection, StiffnessSection
 from femflex.fem.sections.profiles import tube
 from femflex.fem.support import COMPONENTS
 
+STIFFNESSES = {
+    "EA": ("E", "A"),
+    "EIz": ("E", "I1"),
+    "EIy": ("E", "I2"),
+    "GJ": ("G", "J"),
+}  # modulus, value of a station
 RELATIVE_SUBSTITUTE = 1e-9  # stiffness given to a bar in place of zero, relative to its other stiffnesses
 
 
@@ -86,7 +92,7 @@ def _bar(model: NastranModel, card: Card) -> None:
         raise ValueError(f"{card} has pin flags for one plane alone and a section with I12; give principal axes")
     varies = any(s != bar.stations[0] for s in bar.stations)
     key = ("bar", pid, direction_key(orientation), number if varies or any(pins) else None, extra_mass)
-    section = _bar_section(model, bar, length)
+    section = _bar_section(model, bar, length, alpha)
     options = {"orientation": tuple(float(c) for c in orientation), **_bar_options(model, bar, card)}
     same_pins = len({pin for pin in pins if pin}) < 2
     nodes = [row for row, pin in zip(rows, pins, strict=True) if pin]
@@ -160,36 +166,30 @@ def _end_point(model: NastranModel, grid: int, point: Array, name: str) -> int:
     return row
 
 
-def _bar_section(model: NastranModel, bar: BarProperty, length: float) -> StiffnessSection:
+def _bar_section(model: NastranModel, bar: BarProperty, length: float, alpha: float) -> StiffnessSection:
     """The section of a bar along its length; zero values are replaced by very small ones."""
     stations = [principal(s)[1] for s in bar.stations]
     # as in Nastran, the value at mid-length governs a linear variation of A
-    values = {
-        "EA": [bar.E * s.A for s in stations],
-        "EIz": [bar.E * s.I1 for s in stations],
-        "EIy": [bar.E * s.I2 for s in stations],
-        "GJ": [bar.G * s.J for s in stations],
-        "mass_per_length": [bar.density * s.A + s.nsm for s in stations],
-    }
+    values = {name: [getattr(bar, E) * getattr(s, A) for s in stations] for name, (E, A) in STIFFNESSES.items()}
     largest = {name: max(v) for name, v in values.items()}
-    scale = {
-        "EA": largest["EIz"] / length**2,
-        "EIz": max(largest["EIy"], largest["GJ"], RELATIVE_SUBSTITUTE * largest["EA"] * length**2),
-        "EIy": max(largest["EIz"], largest["GJ"], RELATIVE_SUBSTITUTE * largest["EA"] * length**2),
-        "GJ": max(largest["EIz"], largest["EIy"], RELATIVE_SUBSTITUTE * largest["EA"] * length**2),
-    }
-    for name, substitute_scale in scale.items():
-        if not largest[name] > 0:
-            zero_name = {"EA": "A", "EIz": "I1", "EIy": "I2", "GJ": "J or G"}[name]
-            model.bulk.findings.note(
-                f"{bar.card} has {zero_name} = 0: a stiffness of {RELATIVE_SUBSTITUTE:.0e} times its other stiffness "
-                "is used; support the motions that no other element resists"
-            )
-            values[name] = [max(RELATIVE_SUBSTITUTE * substitute_scale, 1e-30)] * len(stations)
-        else:
+    for name, (modulus, zero) in STIFFNESSES.items():
+        if largest[name] > 0:
             values[name] = [max(v, RELATIVE_SUBSTITUTE * largest[name]) for v in values[name]]
+            continue
+        model.bulk.findings.note(
+            f"{bar.card} has {zero}{' or G' if modulus == 'G' else ''} = 0: a stiffness of {RELATIVE_SUBSTITUTE:.0e} times "
+            "its other stiffness is used; support the motions that no other element resists"
+        )
+        others = [v for other, v in largest.items() if other not in (name, "EA")]
+        scale = (
+            largest["EIz"] / length**2
+            if name == "EA"
+            else max(*others, RELATIVE_SUBSTITUTE * largest["EA"] * length**2)
+        )
+        values[name] = [max(RELATIVE_SUBSTITUTE * scale, 1e-30)] * len(stations)
+    values["mass_per_length"] = [bar.density * s.A + s.nsm for s in stations]
     least_mass = MASSLESS * max(values["EA"])
-    massless = not largest["mass_per_length"] > 0
+    massless = not max(values["mass_per_length"]) > 0
     if massless:
         model.bulk.findings.note(f"{bar.card} has no density and no nonstructural mass: its bars have no mass")
     values["mass_per_length"] = [max(m, least_mass) for m in values["mass_per_length"]]
@@ -199,20 +199,15 @@ def _bar_section(model: NastranModel, bar: BarProperty, length: float) -> Stiffn
             for s, m in zip(stations, values["mass_per_length"], strict=True)
         ]
     if bar.K1 > 0 and bar.K2 > 0 and bar.G > 0:
-        K1, K2 = _shear_factors(bar)
-        values["GAy"] = [max(K1 * bar.G * s.A, RELATIVE_SUBSTITUTE * largest["EA"]) for s in stations]
-        values["GAz"] = [max(K2 * bar.G * s.A, RELATIVE_SUBSTITUTE * largest["EA"]) for s in stations]
+        # along the principal axes of the section, by rotation of the flexibilities of K1 and K2
+        c, s = math.cos(alpha) ** 2, math.sin(alpha) ** 2
+        K1, K2 = (bar.K1 * bar.K2 / (p * bar.K2 + q * bar.K1) for p, q in ((c, s), (s, c)))
+        for name, K in (("GAy", K1), ("GAz", K2)):
+            values[name] = [max(K * bar.G * s.A, RELATIVE_SUBSTITUTE * largest["EA"]) for s in stations]
     fields: dict[str, Any] = {}
     for name, v in values.items():
         fields[name] = v[0] if all(value == v[0] for value in v) else ([x * length for x in bar.positions], v)
     return StiffnessSection(**fields)
-
-
-def _shear_factors(bar: BarProperty) -> tuple[float, float]:
-    """Shear factors along the principal axes of the section, by rotation of the flexibilities of K1 and K2."""
-    alpha, _ = principal(bar.stations[0])
-    c, s = math.cos(alpha) ** 2, math.sin(alpha) ** 2
-    return bar.K1 * bar.K2 / (c * bar.K2 + s * bar.K1), bar.K1 * bar.K2 / (s * bar.K2 + c * bar.K1)
 
 
 def _bar_options(model: NastranModel, bar: BarProperty, card: Card) -> dict[str, object]:
@@ -227,15 +222,11 @@ def _bar_options(model: NastranModel, bar: BarProperty, card: Card) -> dict[str,
         options["axial_order"] = 1
     if any(bar.centroid) or any(bar.mass):
         station = bar.stations[0]
-        structural, nonstructural = bar.density * station.A, station.nsm
+        total = bar.density * station.A + station.nsm
         alpha, _ = principal(station)
         rotation = np.array([[math.cos(alpha), math.sin(alpha)], [-math.sin(alpha), math.cos(alpha)]])
         N, M = rotation @ bar.centroid, rotation @ bar.mass  # along the principal axes, as the section
-        centre = (
-            (structural * N + nonstructural * M) / (structural + nonstructural) - N
-            if structural + nonstructural > 0
-            else np.zeros(2)
-        )
+        centre = station.nsm / total * (M - N) if total > 0 else np.zeros(2)
         options["offset"] = tuple(float(c) for c in N)
         if has_shear:
             options["shear_centre"] = tuple(float(-c) for c in N)
@@ -271,7 +262,7 @@ def _rod_property(model: NastranModel, card: Card) -> Rod:
 def _rod(model: NastranModel, card: Card, rods: ByNumber[Rod]) -> None:
     pid = card.integer(1, card.integer(0))
     if (rod := rods(pid)) is not None:
-        _add_rod(model, card, [card.integer(2), card.integer(3)], rod, f"pid_{pid}", ("rod", pid))
+        _add_rod(model, card, [card.integer(2), card.integer(3)], rod, pid, ("rod", pid))
 
 
 def _conrod(model: NastranModel, card: Card) -> None:
@@ -279,11 +270,10 @@ def _conrod(model: NastranModel, card: Card) -> None:
     E, G, rho = model.materials.bar(card.integer(3))
     A, J = card.real(4, 0.0) * u.length**2, card.real(5, 0.0) * u.length**4
     rod = Rod(E * A, G * J, rho * A + card.real(7, 0.0) * u.mass / u.length * bulk.wtmass)
-    key = ("conrod", card.integer(3), A, J, rod.mass)
-    _add_rod(model, card, [card.integer(1), card.integer(2)], rod, "conrods", key)
+    _add_rod(model, card, [card.integer(1), card.integer(2)], rod, 0, ("conrod", card.integer(3), A, J, rod.mass))
 
 
-def _add_rod(model: NastranModel, card: Card, ends: list[int], rod: Rod, name: str, key: object) -> None:
+def _add_rod(model: NastranModel, card: Card, ends: list[int], rod: Rod, pid: int, key: object) -> None:
     if not model.grids.require(ends, card):
         return
     rod = replace(rod, mass=rod.mass + model.nonstructural(card.integer(0)))
@@ -302,7 +292,7 @@ def _add_rod(model: NastranModel, card: Card, ends: list[int], rod: Rod, name: s
     section = CableSection(EA=rod.EA, mass_per_length=max(rod.mass, MASSLESS * rod.EA))
     rows = [model.row(g) for g in ends]
     model.build.cell(
-        "line", rows, (key, rod.mass), name, "rod", section, None, {}, model.bulk.names_of(int(name[4:] or 0))
-        if name.startswith("pid_") else (), card.integer(0),
+        "line", rows, (key, rod.mass), f"pid_{pid}" if pid else "conrods", "rod", section, None, {},
+        model.bulk.names_of(pid), card.integer(0),
     )  # fmt: skip
     model.moving.update(ends)
