@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.io import netcdf_file
 from support.mesh_files import dataset, unv_elements, unv_nodes, written_exodus
 
 from femflex.mesh import Mesh, box, line, read_mesh, rectangle, write_mesh
@@ -113,6 +114,48 @@ def test_an_exodus_file_of_vtk_is_read_with_its_blocks(tmp_path: Path):
         read_mesh(path)
     with pytest.raises(ValueError, match=r"other.e: Exodus is read only; write other.msh or .vtu instead"):
         write_mesh(tmp_path / "other.e", mesh)
+
+
+SIDES_OF_BRICK = [(1, 2, 6, 5), (2, 3, 7, 6), (3, 4, 8, 7), (1, 5, 8, 4), (1, 4, 3, 2), (5, 6, 7, 8)]  # the manual's
+
+
+@pytest.mark.parametrize("cell", ["hexahedron", "hexahedron20"])
+@pytest.mark.parametrize("form", ["classic", "HDF5"])
+def test_side_sets_and_node_sets_of_exodus_by_its_manual(cell: str, form: str, tmp_path: Path):
+    """Bricks list the middles of upright edges before those of the upper face; sides are numbered from 1."""
+    mesh, path = box(2, 1, 1, 2, 1, 1, cell), tmp_path / "bricks.exo"
+    bricks = mesh.cells[cell]
+    sides = {frozenset(row[[n - 1 for n in side]].tolist()): (k, j) for k, row in enumerate(bricks, 1)
+             for j, side in enumerate(SIDES_OF_BRICK, 1)}  # fmt: skip
+    pairs = [sides[frozenset(rows[:4].tolist())] for rows in next(iter(mesh.group_cells("right").values()))]
+    pairs += [sides[frozenset(rows[:4].tolist())] for rows in next(iter(mesh.group_cells("top").values()))]
+    listed = bricks if cell == "hexahedron" else bricks[:, [*range(12), *range(16, 20), *range(12, 16)]]
+    arrays = {f"coord{axis}": column for axis, column in zip("xyz", mesh.points.T, strict=True)}
+    arrays |= {"connect1": listed.astype("i4") + 1, "eb_prop1": np.array([12], "i4"), "ss_prop1": np.array([5], "i4")}
+    arrays |= {"ns_prop1": np.array([7], "i4"), "node_ns1": np.array([1, 4], "i4")}
+    arrays |= {name: np.array(column, "i4") for name, column in zip(("elem_ss1", "side_ss1"), zip(*pairs, strict=True),
+                                                                    strict=True)}  # fmt: skip
+    if form == "HDF5":
+        with h5py.File(path, "w") as file:
+            for name, values in arrays.items():
+                file[name] = values
+            file["connect1"].attrs["elem_type"] = "HEX"
+            file["eb_names"] = np.array([list("core"[k : k + 1].encode() for k in range(4))], "S1")
+    else:
+        with netcdf_file(path, "w") as file:
+            for name, values in {**arrays, "eb_names": np.array([[b"c", b"o", b"r", b"e"]])}.items():
+                sizes_of = [f"{name}_{k}" for k in range(values.ndim)]
+                for size_name, size in zip(sizes_of, values.shape, strict=True):
+                    file.createDimension(size_name, size)
+                file.createVariable(name, values.dtype.char if values.dtype.kind != "S" else "c", sizes_of)[:] = values
+            file.variables["connect1"].elem_type = "HEX"
+    computed = read_mesh(path)
+    assert np.array_equal(computed.points[computed.cells[cell]], mesh.points[bricks])
+    assert len(computed.cell_groups["core"][cell]) == 2 and computed.point_groups["nodeset_7"].tolist() == [0, 3]
+    expected = np.union1d(mesh.group_points("right"), mesh.group_points("top"))
+    assert computed.group_points("sideset_5").tolist() == expected.tolist()
+    areas = [sizes(computed.points, c, n).sum() for c, n in computed.group_cells("sideset_5").items()]
+    assert sum(areas) == pytest.approx(3.0)
 
 
 @pytest.mark.parametrize("stored", ["XML", "HDF"])
