@@ -31,6 +31,8 @@ SOLIDS = {
     278, 279, 285, 291,
 }  # fmt: skip
 TETRAHEDRA = {72, 87, 92, 98, 119, 123, 127, 148, 168, 187, 221, 227, 232, 237, 240, 285, 291}
+TRIANGLES = {2, 35, 146}  # of six nodes
+MESHES = {0: 180, 2: 180, 4: 35, 6: 281, 8: 187, 10: 186}  # types like MESH200 by its KEYOPT(1) and the next
 # Cells by the positions of their nodes in the list of an element; corners that the list repeats are named once.
 BRICKS = (
     ("hexahedron", [0, 1, 2, 3, 4, 5, 6, 7], range(8, 20)),
@@ -52,6 +54,8 @@ def read_ansys(path: Path) -> Contents:
         words = [word.strip().upper() for word in line.split(",")]
         if words[0] == "ET" and len(words) > 2:
             types[int(words[1])] = int(re.sub(r"\D", "", words[2]) or 0)
+        elif words[0].startswith("KEYOP") and words[2:3] == ["1"] and types.get(int(words[1])) == 200:
+            types[int(words[1])] = MESHES.get(int(words[3]) // 2 * 2, 200)
         elif words[0] == "NBLOCK":
             nodes |= _nodes(lines[k + 1 :])
         elif words[0] == "EBLOCK":
@@ -83,13 +87,14 @@ def _widths(line: str) -> tuple[int, int]:
 
 def _nodes(lines: Sequence[str]) -> dict[int, tuple[float, float, float]]:
     """Positions by number of the node; the numbers before them stand at the beginning of a line."""
-    count, width = _widths(lines[0])
+    width = _widths(lines[0])[1]
+    before = sum(int(count) * int(size) for count, size in re.findall(r"(\d+)i(\d+)", lines[0], re.I))
     real_width = int((re.search(r"e(\d+)", lines[0], re.I) or [0, 20])[1])
     positions = {}
     for line in lines[1:]:
         if not line[:width].strip().isdigit():
             break
-        text = line[count * width :]
+        text = line[before:]
         x, y, z = (float(text[j * real_width : (j + 1) * real_width].strip() or 0.0) for j in range(3))
         positions[int(line[:width])] = x, y, z
     return positions
@@ -135,8 +140,9 @@ def _cell(kind: int, nodes: Sequence[int]) -> tuple[str, Sequence[int]]:
     n = len(nodes)
     if kind in LINES and n >= 2:
         return ("line3", [0, 1, 2]) if kind in (189, 289) else ("line", [0, 1])  # a further node orients a beam
-    if kind in SURFACES and n in (3, 4, 6, 8):
-        corners, middles = list(range(3 if n in (3, 6) else 4)), list(range(3, 6) if n == 6 else range(4, n))
+    if kind in SURFACES and 3 <= n <= 8:  # five nodes: a further one stands off the surface
+        n_corners = 3 if n == 3 or (n == 6 and kind in TRIANGLES) else 4
+        corners, middles = list(range(n_corners)), list(range(n_corners, 2 * n_corners) if n > 5 else ())
         if len(corners) == 4 and nodes[2] == nodes[3]:
             corners, middles = [0, 1, 2], middles and [4, 5, 7]
         cell = "triangle" if len(corners) == 3 else "quad"
