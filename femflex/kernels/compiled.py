@@ -27,9 +27,9 @@ NEEDED = {  # module -> attribute, and the members that it must have
             "JITCodeLibrary",
             (
                 "_optimize_final_module",
-                "_finalize_final_module",
-                "_finalize_dynamic_globals",
-                "_verify_declare_only_symbols",
+                "_optimize_functions",
+                "add_llvm_module",
+                "finalize",
                 "enable_object_caching",
                 "get_pointer_to_function",
             ),

@@ -32,14 +32,18 @@ _LLVM = {kind: llvm for llvm, kind in _NUMBA.items()}
 def formula(f: F) -> F:
     """The function itself, known to the compiler as a formula."""
     parameters = list(inspect.signature(f).parameters.values())
+    signatures: dict[Any, Any] = {}  # types of the arguments -> signature
 
     @extending.type_callable(f)
     def typer(context: Any) -> Any:
         def typed(*args: Any) -> Any:
             kinds = tuple(types.unliteral(arg) for arg in args)
-            scratch = ir.Function(ir.Module(), ir.FunctionType(ir.VoidType(), []), "scratch")
-            builder = ir.IRBuilder(scratch.append_basic_block())
-            return templates.signature(_type_of(f(*(_symbols(None, builder, kind) for kind in kinds))), *kinds)
+            if kinds not in signatures:
+                scratch = ir.Function(ir.Module(), ir.FunctionType(ir.VoidType(), []), "scratch")
+                builder = ir.IRBuilder(scratch.append_basic_block())
+                result = f(*(_symbols(None, builder, kind) for kind in kinds))
+                signatures[kinds] = templates.signature(_type_of(result), *kinds)
+            return signatures[kinds]
 
         plain = [parameter.replace(annotation=inspect.Parameter.empty) for parameter in parameters]
         typed.__signature__ = inspect.Signature(plain)  # type: ignore[attr-defined]
