@@ -54,7 +54,10 @@ SUBJECTS = {
     "Spin, rotors and large deflections": (
         "spinner nutation_damper rotating_blade helicopter_blade spin_up spin_up_segments spinning_plate elastica"
     ),
-    "Water": ("wet_tube released_rod drag_pendulum riser floating_beam floating_beam_shapes spar_waves mooring_line towed_cable"),
+    "Water": (
+        "wet_tube released_rod drag_pendulum riser floating_beam floating_beam_shapes spar_waves mooring_line "
+        "towed_cable"
+    ),
     "Wheels, thrusters, sensors and controllers": (
         "cmg_manoeuvre wheel_jitter pointing_budget shaken_beam detumble "
         "magnetic_detumbling delayed_samples geostationary_momentum gimbal_antenna "

@@ -177,8 +177,8 @@ def _bar_section(model: NastranModel, bar: BarProperty, length: float, alpha: fl
             values[name] = [max(v, RELATIVE_SUBSTITUTE * largest[name]) for v in values[name]]
             continue
         model.bulk.findings.note(
-            f"{bar.card} has {zero}{' or G' if modulus == 'G' else ''} = 0: a stiffness of {RELATIVE_SUBSTITUTE:.0e} times "
-            "its other stiffness is used; support the motions that no other element resists"
+            f"{bar.card} has {zero}{' or G' if modulus == 'G' else ''} = 0: a stiffness of {RELATIVE_SUBSTITUTE:.0e} "
+            "times its other stiffness is used; support the motions that no other element resists"
         )
         others = [v for other, v in largest.items() if other not in (name, "EA")]
         scale = (
