@@ -68,10 +68,12 @@ def format_of(path: Path) -> Format:
 
 
 def load_meshio() -> Any:
-    """The module meshio, loaded on first use, with the cell types of MED that its tables lack."""
+    """The module meshio, loaded on first use, with the cell types of MED and VTK that its tables lack."""
     import meshio
 
-    meshio._mesh.topological_dimension.update(wedge15=3, pyramid13=3)
+    meshio._mesh.topological_dimension.update(wedge15=3, pyramid13=3, voxel=3)
+    meshio._common.num_nodes_per_cell["voxel"] = 8
+    meshio._vtk_common.vtk_to_meshio_type[11] = "voxel"
     for cell, code in (("quad9", "QU9"), ("hexahedron27", "H27"), ("wedge18", "P18")):
         meshio.med._med.meshio_to_med_type[cell] = code
         meshio.med._med.med_to_meshio_type[code] = cell

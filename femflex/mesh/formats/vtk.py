@@ -23,13 +23,15 @@ from femflex.mesh.mesh import Mesh
 
 VTU, VTK = "VTU", "legacy VTK"
 PIXEL = [0, 1, 3, 2]  # a rectangle along the axes, whose nodes are listed row by row
+VOXEL = [*PIXEL, 4, 5, 7, 6]  # a box along the axes
+ALONG_AXES = {"pixel": ("quad", PIXEL), "voxel": ("hexahedron", VOXEL)}
 CELLS = {
     1: "vertex", 3: "line", 5: "triangle", 8: "quad", 9: "quad", 10: "tetra", 11: "hexahedron", 12: "hexahedron",
     13: "wedge", 14: "pyramid", 21: "line3", 22: "triangle6", 23: "quad8", 24: "tetra10", 25: "hexahedron20",
     26: "wedge15", 27: "pyramid13", 28: "quad9", 29: "hexahedron27", 32: "wedge18",
 }  # fmt: skip
 LINE, POLYLINE = 3, 4
-REORDERED = {8: PIXEL, 11: [*PIXEL, 4, 5, 7, 6], 13: [0, 2, 1, 3, 5, 4]}  # a wedge's first face points outward in VTK
+REORDERED = {8: PIXEL, 11: VOXEL, 13: [0, 2, 1, 3, 5, 4]}  # a wedge's first face points outward in VTK
 WIDTHS = {
     "VECTORS": 3,
     "NORMALS": 3,
@@ -50,11 +52,16 @@ Markers = Mapping[str, NDArray[Any]]
 
 def read_vtu(path: Path) -> Contents:
     """Contents of a .vtu file."""
+    if b'compressor="vtkLZ4DataCompressor"' in path.read_bytes()[:2000]:
+        raise ValueError(
+            "it is compressed by LZ4, which is not read; save it compressed by ZLib, or without compression"
+        )
     with meshio_call(path) as output:
         raw = load_meshio().vtu.read(path)
     if unknown := re.search(r"cannot handle \(type (\d+)\)", output.getvalue()):
         raise ValueError(f"{path.name} has cells of VTK's type {unknown[1]}, which are not read; write it without.")
-    cells = [("quad", b.data[:, PIXEL]) if b.type == "pixel" else (b.type, b.data) for b in raw.cells]
+    forms = [(*ALONG_AXES.get(block.type, (block.type, slice(None))), block.data) for block in raw.cells]
+    cells = [(cell, nodes[:, order]) for cell, order, nodes in forms]
     cell_arrays = {unquote(name): np.concatenate(parts) for name, parts in raw.cell_data.items()}
     return marked_contents(raw.points, cells, cell_arrays, {unquote(k): v for k, v in raw.point_data.items()})
 
