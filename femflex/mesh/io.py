@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -51,4 +53,7 @@ def write_mesh(path: str | Path, mesh: Mesh, *, binary: bool = True, version: st
     if not mesh.cells:
         raise ValueError(f"a mesh without cells cannot be written to {path.name}.")
     with atomic_file(path, force=True) as part:
-        file_format.write(part, without_vertices(mesh), WriteOptions(binary, version))
+        try:
+            file_format.write(part, without_vertices(mesh), WriteOptions(binary, version))
+        except OSError as error:  # numpy's of an array that does not fit has no number
+            raise error if error.errno else OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(part)) from error
