@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from itertools import pairwise
 from time import perf_counter
 
 import numpy as np
@@ -86,28 +86,24 @@ class LinearMotion:
     def _blocks(self, reference: Reference, times: Array, x0: Array) -> Iterator[Block]:
         model = reference.model
         resume = np.concatenate([np.zeros(head.HEAD), x0])
-        resume[head.METHOD], resume[head.N_X] = NUMBER, model.n_x
-        resume[head.SMALLEST], resume[head.ACCEPTED] = math.inf, 0.0
+        resume[head.METHOD], resume[head.N_X], resume[head.SMALLEST] = NUMBER, model.n_x, math.inf
         breaks = np.unique(np.asarray(model.breaks, float))
-        steps = Steps(
-            reference,
-            self.rtol,
-            resume,
-            np.array([times[0], *breaks[(breaks > times[0]) & (breaks < times[-1])], times[-1]]),
-        )
-        y, t = reference.departure(x0, float(times[0])), float(times[0])
-        rows, start, stop_at = [], 0, perf_counter() + BLOCK_SECONDS
-        for k, goal in enumerate(times):
-            inner = breaks[(breaks > t) & (breaks < goal)]
-            for end in (*inner, goal):
-                if end > t:
-                    y, t = steps.advanced_to(y, t, float(end)), float(end)
-            rows.append(reference.state(t, y))
+        breaks = breaks[(breaks > times[0]) & (breaks < times[-1])]
+        steps = Steps(reference, self.rtol, resume, np.array([times[0], *breaks, times[-1]]))
+        y, rows, start, stop_at = reference.departure(x0, float(times[0])), list[Array](), 0, 0.0
+        for k, goal in enumerate(times.tolist()):
+            if not rows:
+                stop_at = perf_counter() + BLOCK_SECONDS
+            for t, end in pairwise(
+                [times[k - 1], *breaks[(breaks > times[k - 1]) & (breaks < goal)], goal] if k else ()
+            ):
+                y = steps.advanced_to(y, float(t), float(end))
+            rows.append(reference.state(goal, y))
             if len(rows) >= ROWS or perf_counter() > stop_at or k == len(times) - 1:
-                resume[head.T] = resume[head.LAST_OUT] = t
+                resume[head.T] = resume[head.LAST_OUT] = goal
                 resume[head.HEAD :] = rows[-1]
                 yield Block(times[start : k + 1], np.array(rows), resume.copy())
-                rows, start, stop_at = [], k + 1, perf_counter() + BLOCK_SECONDS
+                rows, start = [], k + 1
 
 
 def one_thread(blocks: Iterator[Block]) -> Iterator[Block]:
@@ -123,21 +119,17 @@ def one_thread(blocks: Iterator[Block]) -> Iterator[Block]:
 
 
 class Steps:
-    """Steps of the departures with error control by halving; matrices of equal steps are cached."""
+    """Steps of the departures with error control by halving; A is tabulated, or constant with its exponentials kept."""
 
     def __init__(self, reference: Reference, rtol: float, resume: Array, ends: Array) -> None:
         self.reference, self.rtol, self.resume, self.ends = reference, rtol, resume, ends
         self.tables: dict[int, CubicSpline] = {}
         self.largest = SMALLEST_DEPARTURE * reference.sizes
         self.cached: dict[float, tuple[Array, Array]] = {}
+        self.A = reference.matrix(0.0) if reference.constant else np.zeros((0, 0))
         self.h = math.inf
 
-    @cached_property
-    def matrix(self) -> Array:
-        """A (n_y, n_y) [SI] where it is constant."""
-        return self.reference.matrix(0.0)
-
-    def matrices(self, t: float) -> Array:
+    def matrix(self, t: float) -> Array:
         """A (n_y, n_y) [SI] at a time, from a table of the smooth interval about it."""
         k = min(max(int(np.searchsorted(self.ends, t)) - 1, 0), len(self.ends) - 2)
         if k not in self.tables:
@@ -146,7 +138,7 @@ class Steps:
 
     def advanced_to(self, y: Array, t: float, end: float) -> Array:
         """The departures (n_y,) [SI] at `end` [s], from y at t; no load jumps in between."""
-        least = SMALLEST * (end - t)
+        least, resume = SMALLEST * (end - t), self.resume
         while t < end:
             h = min(self.h, end - t)
             if end - t - h < 1e-9 * (end - t):
@@ -155,77 +147,56 @@ class Steps:
             halves = self._step(self._step(y, t, h / 2), t + h / 2, h / 2)
             size = np.maximum(self.largest, np.abs(halves))
             error = float((np.abs(whole - halves) / (self.rtol * size)).max(initial=0.0)) / 15.0
+            change = min(4.0, max(0.25, 0.8 * max(error, 1e-9) ** -0.2))
             if error > 1.0 and h > least:
-                self.h = h * max(0.25, 0.8 * error**-0.2)
-                self.resume[head.REJECTED] += 1
+                self.h = h * change
+                resume[head.REJECTED] += 1
                 continue
             y, t, self.largest = halves, end if h == end - t else t + h, size
-            self.resume[head.ACCEPTED] += 1
-            self.resume[head.SMALLEST] = min(self.resume[head.SMALLEST], h)
-            self.resume[head.LARGEST] = max(self.resume[head.LARGEST], h)
-            if h == self.h or error > 0.1:
-                self.h = h * min(4.0, 0.8 * max(error, 1e-9) ** -0.2)
-            elif h < self.h:
-                self.h = max(self.h, h * min(4.0, 0.8 * max(error, 1e-9) ** -0.2))
+            resume[head.ACCEPTED] += 1
+            resume[head.SMALLEST], resume[head.LARGEST] = min(resume[head.SMALLEST], h), max(resume[head.LARGEST], h)
+            if h == self.h or error > 0.1 or h * change > self.h:
+                self.h = h * change
         return y
 
     def _step(self, y: Array, t: float, h: float) -> Array:
         """The departures (n_y,) after h [s]: exp(Omega) y plus the response to a parabola through b at Gauss points."""
-        middle = t + h / 2
-        forcing = [self.reference.forcing(middle + h / 2 * node) for node in NODES]
-        self.resume[head.EVALUATIONS] += len(forcing)
-        c = parabola(forcing, h)
+        middle, n = t + h / 2, len(y)
+        first, second, third = (self.reference.forcing(middle + h / 2 * node) for node in NODES)
+        self.resume[head.EVALUATIONS] += len(NODES)
+        slope, bend = (third - first) / (2 * NODES[2]), (third - 2 * second + first) / NODES[2] ** 2
+        c = [second - slope + bend / 2, (slope - bend) * 2 / h, bend * 4 / h**2]  # of c_0 + c_1 s + c_2 s^2 / 2
         if self.reference.constant:
             key = float(f"{h:.12e}")  # output times differ by rounding
             if key not in self.cached:
-                self.cached[key] = response(self.matrix, key)
+                wide = np.zeros((4 * n, 4 * n))  # the response to constant, s and s^2 / 2 follows exp(A h)
+                wide[:n, :n] = key * self.A
+                wide[: 3 * n, n:] += key * np.eye(3 * n)
+                grown = np.asarray(expm(wide))
+                self.cached[key] = grown[:n, :n], grown[:n, n:]
             E, P = self.cached[key]
             return np.asarray(E @ y + P @ np.concatenate(c))
-        A, B = (self.matrices(middle + sign * h / math.sqrt(12.0)) for sign in (-1.0, 1.0))
-        twist = h**2 * math.sqrt(3.0) / 12  # Magnus' series to fourth order, of the matrix and of its forcing
-        omega, n, C = h / 2 * (A + B) - twist * (A @ B - B @ A), len(y), np.column_stack(c)
+        A, B = (self.matrix(middle + sign * h / math.sqrt(12.0)) for sign in (-1.0, 1.0))
+        twist, C = h**2 * math.sqrt(3.0) / 12, np.column_stack(c)  # Magnus' series of the matrix and of its forcing
         wide = np.zeros((n + 3, n + 3))
-        wide[:n, :n], wide[:n, n:] = omega, h * C - twist * (A - B) @ C
+        wide[:n, :n], wide[:n, n:] = h / 2 * (A + B) - twist * (A @ B - B @ A), h * C - twist * (A - B) @ C
         wide[n + 1, n] = wide[n + 2, n + 1] = h
         return np.asarray(expm(wide)[:n] @ np.concatenate([y, [1.0, 0.0, 0.0]]))
 
 
 def tabulated(reference: Reference, start: float, end: float) -> CubicSpline:
     """Spline of A (n_y, n_y) [SI] over a smooth interval [s], refined until SPLINE is met."""
-    margin = 1e-9 * (end - start)
-    times = np.linspace(start + margin, end - margin, KNOTS[0])
-    values = np.array([reference.matrix(float(t)) for t in times])
-    before = math.inf
+    times = np.linspace(start + 1e-9 * (end - start), end - 1e-9 * (end - start), KNOTS[0])
+    values, error = np.array([reference.matrix(float(t)) for t in times]), math.inf
     while True:
-        table, middles = CubicSpline(times, values), (times[1:] + times[:-1]) / 2
-        between = np.array([reference.matrix(float(t)) for t in middles])
+        before, finer = error, np.linspace(times[0], times[-1], 2 * len(times) - 1)
+        between = np.array([reference.matrix(float(t)) for t in finer[1::2]])
         size = np.abs(between * reference.sizes).max(axis=(0, 2))[None, :, None] + 1e-300
-        error = float((np.abs(table(middles) - between) * reference.sizes / size).max(initial=0.0))
-        order = np.argsort(np.concatenate([times, middles]), kind="stable")
-        times = np.concatenate([times, middles])[order]
-        values = np.concatenate([values, between])[order]
+        misfit = np.abs(CubicSpline(times, values)(finer[1::2]) - between) * reference.sizes / size
+        error, times = float(misfit.max(initial=0.0)), finer
+        values = np.insert(values, np.arange(1, len(values)), between, axis=0)
         if error <= SPLINE or error > before / NOISE or len(times) > KNOTS[1]:
             return CubicSpline(times, values)
-        before = error
-
-
-def response(A: Array, h: float) -> tuple[Array, Array]:
-    """exp(A h) (n, n) [SI], and the response (n, 3 n) over a step h to constant, s and s^2 / 2."""
-    n = len(A)
-    wide = np.zeros((4 * n, 4 * n))
-    wide[:n, :n] = h * A
-    wide[: 3 * n, n:] += h * np.eye(3 * n)
-    grown = np.asarray(expm(wide))
-    return grown[:n, :n], grown[:n, n:]
-
-
-def parabola(values: list[Array], h: float) -> tuple[Array, Array, Array]:
-    """c_0, c_1, c_2 (n,), in the unit of the values, of c_0 + c_1 s + c_2 s^2 / 2 over a step from s = 0 to h,
-    through values at its Gauss points."""
-    a, b, c = values
-    node = float(NODES[2])
-    slope, bend = (c - a) / (2 * node), (c - 2 * b + a) / node**2  # by the coordinate from -1 to 1
-    return b - slope + bend / 2, (slope - bend) * 2 / h, bend * 4 / h**2
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,17 +226,13 @@ class Reference:
         """The reference of a model. Raises ValueError for a system without linear motion."""
         system = model.system
         check(system)
-        equilibrium, rest_system, x = None, system, None
         changes = bool(system.varying) or _turning_orbit(system)
-        if not changes:
-            equilibrium = rest_equilibrium(system)[0]
-            rest_system = with_loads_of(system, system, equilibrium)
-        else:
-            rest_system = replace(system, loads=tuple(load.steady() for load in system.loads))
-        rest_model = compile_system(rest_system)
+        equilibrium = None if changes else rest_equilibrium(system)[0]
+        steady = replace(system, loads=tuple(load.steady() for load in system.loads))
+        rest_model = compile_system(steady if equilibrium is None else with_loads_of(system, system, equilibrium))
         if names := [name for name in model.omitted if name in SWITCHED]:
             rest_model = rest_model.without(*names)
-        x = equilibrium.state_in(rest_model) if equilibrium is not None else nominal_state(rest_model)
+        x = nominal_state(rest_model) if equilibrium is None else equilibrium.state_in(rest_model)
         independent, Z = free_directions(rest_model, 0.0, x)
         (inner, state_sizes), sizes = effector_states(model), usual_sizes(model)[independent]
         sizes = np.concatenate([sizes, sizes, state_sizes])
