@@ -86,26 +86,14 @@ def _is_available(run: Run, bodies: Mapping[str, FlexibleBody], kind: str, subje
 
 
 def _picture_list(table: PicturesTable, output: Path) -> list[tuple[Path, tuple[str, Any]]]:
-    stem = output.with_suffix("")
-    pictures: list[tuple[Path, tuple[str, Any]]] = []
-    if table.picture:
-        pictures.append((stem.with_name(f"{stem.name}.png"), ("picture", None)))
-    pictures += [(stem.with_name(f"{stem.name}_{t:g}s.png"), ("picture", t)) for t in table.times]
-    if table.movie:
-        pictures.append((stem.with_name(f"{stem.name}.mp4"), ("movie", None)))
-    pictures += [
-        (stem.with_name(f"{stem.name}_modes_{portable_name(body)}.png"), ("modes", body)) for body in table.modes
-    ]
-    pictures += [(stem.with_name(f"{stem.name}_{portable_name(path)}.png"), ("plot", path)) for path in table.plots]
-    pictures += [
-        (stem.with_name(f"{stem.name}_{portable_name(path)}_spectrum.png"), ("spectrum", path))
-        for path in table.spectra
-    ]
-    pictures += [
-        (stem.with_name(f"{stem.name}_{portable_name(path)}_spectrogram.png"), ("spectrogram", path))
-        for path in table.spectrograms
-    ]
-    return pictures
+    pictures: list[tuple[str, tuple[str, Any]]] = [(".png", ("picture", None))] * table.picture
+    pictures += [(f"_{t:g}s.png", ("picture", t)) for t in table.times]
+    pictures += [(".mp4", ("movie", None))] * table.movie
+    pictures += [(f"_modes_{portable_name(body)}.png", ("modes", body)) for body in table.modes]
+    pictures += [(f"_{portable_name(path)}.png", ("plot", path)) for path in table.plots]
+    for kind, paths in (("spectrum", table.spectra), ("spectrogram", table.spectrograms)):
+        pictures += [(f"_{portable_name(path)}_{kind}.png", (kind, path)) for path in paths]
+    return [(output.with_name(output.with_suffix("").name + end), subject) for end, subject in pictures]
 
 
 def second_output(case: Case, output: Path) -> Path | None:
