@@ -62,7 +62,7 @@ def write_vtkhdf(run: Run, path: str | Path, camera: str = "auto", instants: int
                 if information.Has(Pipeline.UPDATE_TIME_STEP())
                 else times[0]
             )
-            vtkUnstructuredGrid.GetData(outputs).ShallowCopy(grid.at(int(np.searchsorted(times, t))))
+            vtkUnstructuredGrid.GetData(outputs).ShallowCopy(grid.at_instant(int(np.searchsorted(times, t))))
             return 1
 
     source = Instants()
@@ -97,7 +97,7 @@ def write_pvd(run: Run, path: str | Path, camera: str = "auto", instants: int = 
     rows = []
     for k, t in enumerate(grid.craft.times):
         name = f"{folder.name}/{k:0{digits}d}.vtu"
-        grid.at(k).save(str(path.parent / name))
+        grid.at_instant(k).save(str(path.parent / name))
         rows.append(
             f'    <DataSet timestep="{t!r}" file={quoteattr(name)}/>\n'.replace("np.float64(", "").replace(")", "")
         )
@@ -130,7 +130,7 @@ class _Grid:
         self.mesh: pv.UnstructuredGrid = pv.UnstructuredGrid(*self._cells(), self.rest)
         self.mesh.point_data["body"] = np.concatenate(numbers)
 
-    def at(self, k: int) -> pv.UnstructuredGrid:
+    def at_instant(self, k: int) -> pv.UnstructuredGrid:
         """The grid with the arrays of instant k."""
         craft, mesh = self.craft, self.mesh
         points = np.concatenate([body.points(k) for body in craft.bodies])

@@ -14,7 +14,7 @@ from femflex.system.orbit import Orbit
 
 
 class Expecting(Protocol):
-    """What expects: a case."""
+    """Interface of a case: its expectations and its orbit."""
 
     @property
     def expect(self) -> ExpectationsTable:

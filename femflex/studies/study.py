@@ -241,7 +241,7 @@ def require_study(case: Case) -> StudyTable:
 
 
 def reason_without_value(case: Case, error: IntegrationError | ValueError) -> str:
-    """Why the quantity of a case has no value, from the error of its run, without the file's name and a full stop."""
+    """Reason why the quantity of a case has no value, from the error of its run, without the name of the file."""
     if isinstance(error, IntegrationError):
         return f"it diverges at t = {error.t:.4g} s"
     text = error.problems[0].text if isinstance(error, CaseError) else str(error)

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from femflex.arrays import Array
 from femflex.case import Case, read_case
 from femflex.dynamics import compile_system
 from femflex.export.fmi.ports import with_ports
@@ -60,24 +59,35 @@ class SteppedCraft:
         if isinstance(self._integrator, Adaptive):  # tolerances of the whole run, not of a step
             atol = self._integrator.absolute(self._model, times, self._model.x0)
             self._integrator = replace(self._integrator, atol=atol)
-        self.restart()
+        self.time, self.state = 0.0, np.array(self._model.x0)
 
     def restart(self, time: float = 0.0) -> None:
-        """Go back to the initial state, at this time [s]."""
+        """Go back to the initial state, at this time [s]; inputs stay as they were set."""
+        values = self.state[self._held]
         self.time, self.state = time, np.array(self._model.x0)
+        self.state[self._held] = values
 
-    def input_values(self) -> Array:
-        """The inputs (n_in,) in SI units."""
-        return self.state[self._held]
-
-    def set_input(self, number: int, value: float) -> None:
-        """Set an input of this number, in SI, from now on."""
-        self.state[self._held[number]] = value
-
-    def output_values(self) -> Array:
-        """The outputs (n_out,) in SI."""
+    def variables(self, references: Sequence[int]) -> list[float]:
+        """Values in SI by value reference: 0 is the time, then the inputs, then the outputs."""
         channels = self._model.read(self.time, self.state, dict.fromkeys(path for path, _ in self._entries))
-        return np.array([np.ravel(channels[path])[k] for path, k in self._entries])
+        outputs = [np.ravel(channels[path])[k] for path, k in self._entries]
+        values = np.concatenate([[self.time], self.state[self._held], outputs])
+        return [float(values[reference]) for reference in references]
+
+    def set_inputs(self, references: Sequence[int], values: Sequence[float]) -> None:
+        """Set inputs, in SI, from now on. Raises ValueError for what is no input."""
+        for reference, value in zip(references, values, strict=True):
+            if not 1 <= reference <= len(self.inputs):
+                raise ValueError(f"variable {reference} is not an input")
+            self.state[self._held[reference - 1]] = value
+
+    def saved_state(self) -> dict[str, Any]:
+        """Time and state, as numbers that JSON has."""
+        return {"time": self.time, "state": self.state.tolist()}
+
+    def restore_state(self, saved: dict[str, Any]) -> None:
+        """Go back to a time and a state that were saved."""
+        self.time, self.state = saved["time"], np.array(saved["state"])
 
     def advance(self, step: float) -> None:
         """Move on by a step [s]. Raises IntegrationError where the integration fails."""

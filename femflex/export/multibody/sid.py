@@ -172,17 +172,17 @@ def _parsed(path: Path) -> dict[str, Any]:
     for line in lines:
         key, _, value = (text.strip() for text in line.partition("="))
         if key == "refmod":
-            data["refmod"] = dict(_until(lines, "end refmod"))
+            data["refmod"] = dict(_entries_until(lines, "end refmod"))
         elif key == "new node":
             target = data["nodes"].setdefault(value, {})
         elif key in ("end node", "end frame"):
             target = data["terms"]
         elif not value and key[0].isalpha() and not key.startswith(("part", "new ", "frame", "end ")):
-            target[key] = _matrix(dict(_until(lines, f"end {key}")))
+            target[key] = _matrix(dict(_entries_until(lines, f"end {key}")))
     return data
 
 
-def _until(lines: Iterator[str], end: str) -> Iterator[tuple[str, str]]:
+def _entries_until(lines: Iterator[str], end: str) -> Iterator[tuple[str, str]]:
     """Keys and values of the lines up to one. Raises ValueError where it does not come."""
     for line in lines:
         if line == end:
