@@ -134,8 +134,8 @@ def write_files(
     """Write the requested files; return the kind and the path of each, with what is worth saying."""
     from femflex.studies.linear import save_model
     from femflex.studies.linear.space import response_grid
-    from femflex.view.bode import plot_bode, plot_nichols
     from femflex.view.plot import PlotOptions
+    from femflex.view.spectra import plot_bode, plot_nichols
 
     theme, force, nichols = style
     written_files: list[tuple[str, Path | str]] = []

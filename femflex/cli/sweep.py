@@ -112,7 +112,7 @@ def print_results(results: Sweep) -> None:
 
 def draw_sweep(results: Sweep, path: Path, title: str, style: tuple[str, bool], kind: str) -> None:
     """Draw outputs over inputs, the envelopes of histories, or Sobol indices."""
-    from femflex.view.sweep_plots import plot_envelopes, plot_indices, plot_scatter
+    from femflex.view.convergence import plot_envelopes, plot_indices, plot_scatter
 
     theme, force = style
     options: PlotOptions = {"theme": theme, "title": title, "force": force}

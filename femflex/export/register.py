@@ -37,8 +37,8 @@ WRITERS = {
     ".csv": Writer("table", False, "tables", "write_csv"),
     ".parquet": Writer("table", False, "tables", "write_parquet"),
     ".mat": Writer("MATLAB", False, "tables", "write_mat"),
-    ".oem": Writer("CCSDS orbit", False, "ephemerides", "write_oem"),
-    ".aem": Writer("CCSDS attitude", False, "ephemerides", "write_aem"),
+    ".oem": Writer("CCSDS orbit", False, "tables", "write_oem"),
+    ".aem": Writer("CCSDS attitude", False, "tables", "write_aem"),
     ".nc": Writer("netCDF", False, "tables", "write_netcdf"),
 }
 

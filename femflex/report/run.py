@@ -12,12 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from femflex.export.moving_bodies import MovingCraft, described, moving_craft
-from femflex.report.figures import history, lines
-from femflex.report.page import Page, listed, paragraphs, table, write_page
+from femflex.report.page import Page, history, lines, listed, paragraphs, table, write_page
 from femflex.report.scene import Clip, ShownBody, packed
 from femflex.results import Run
 from femflex.view.curves import curves_of
-from femflex.view.energy import VISIBLE, energy_account
+from femflex.view.terms import VISIBLE, energy_account
 from femflex.view.units import time_unit
 
 if TYPE_CHECKING:

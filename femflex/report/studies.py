@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from femflex.report.figures import layout, lines, plain
-from femflex.report.page import Page, paragraphs, table, write_page
+from femflex.report.page import Page, layout, lines, paragraphs, plain, table, write_page
 from femflex.report.run import modes_table
 from femflex.report.scene import Clip, ShownBody, packed
 from femflex.view.stability import REGIONS

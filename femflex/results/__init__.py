@@ -32,8 +32,8 @@ only when the new run has its first block. While a file is written, `.<file>.loc
 (`lock`).
 """
 
+from femflex.results.copying import ResumePoint, resume_point
 from femflex.results.reader import Run, RunBody, open_run
-from femflex.results.resume import ResumePoint, resume_point
 from femflex.results.writer import FileLock, RunWriter, add_channels
 
 __all__ = ["FileLock", "ResumePoint", "Run", "RunBody", "RunWriter", "add_channels", "open_run", "resume_point"]

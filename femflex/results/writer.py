@@ -18,11 +18,10 @@ from numpy.typing import NDArray
 
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
-from femflex.results.copying import Changes, conclude, skeleton, write_copy
+from femflex.results.copying import Changes, conclude, fits, flattened, skeleton, write_copy, write_slot
 from femflex.results.interrupts import finished_on_interrupt
 from femflex.results.layout import channel_of, channels_of, create_channel, reserve
 from femflex.results.reader import open_file, open_run
-from femflex.results.resume import fits, flattened, write_slot
 from femflex.system.channel import Channel
 from femflex.writing import PARTS, atomic_file, check_destination, link_target, move_into_place, remove_part
 

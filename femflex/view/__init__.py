@@ -1,12 +1,11 @@
 """Pictures, movies and plots of a run, and pictures of modes; VTK and matplotlib are loaded when first used."""
 
-from femflex.view.energy import energy_account, plot_energy
 from femflex.view.look import Look
 from femflex.view.modes import craft_montage, craft_movie, mode_montage, mode_movie
 from femflex.view.plot import plot_histories
 from femflex.view.render import render_movie, render_picture
 from femflex.view.spectra import plot_spectra, plot_spectrograms
-from femflex.view.terms import plot_terms
+from femflex.view.terms import energy_account, plot_energy, plot_terms
 from femflex.view.window import NoRenderer
 
 __all__ = [

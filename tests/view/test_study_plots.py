@@ -14,11 +14,10 @@ from femflex.studies.campbell import campbell
 from femflex.studies.stability import stability_chart, stability_locus
 from femflex.studies.stability.judgement import STATIC, UNSTABLE, Judgement
 from femflex.system import System, revolute, weld
-from femflex.view.bode import plot_bode, plot_nichols
 from femflex.view.campbell import plot_campbell
-from femflex.view.convergence import plot_studies
+from femflex.view.convergence import plot_envelopes, plot_indices, plot_scatter, plot_studies
+from femflex.view.spectra import plot_bode, plot_nichols
 from femflex.view.stability import plot_chart, plot_locus
-from femflex.view.sweep_plots import plot_envelopes, plot_indices, plot_scatter
 from femflex.view.theme import THEMES
 
 LIGHT = THEMES["light"]

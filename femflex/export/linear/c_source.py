@@ -17,7 +17,7 @@ from scipy.linalg import expm, matrix_balance
 from femflex.arrays import Array
 from femflex.effectors.constant_commands import stands_for_controller
 from femflex.studies.linear import LinearModel, StateSpace
-from femflex.studies.linear.second_order import SecondOrder, second_order
+from femflex.studies.linear.linear_model import SecondOrder, second_order
 from femflex.system import Effector
 from femflex.writing import atomic_file, check_destination
 

@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import expm
 
 from femflex.arrays import Array, ComplexArray
 from femflex.case import Case
@@ -25,18 +26,80 @@ from femflex.disturbances import (
     WheelDisturbance,
 )
 from femflex.disturbances.disturbance import COMPONENTS, perpendicular
+from femflex.effectors.constant_commands import with_held_commands
 from femflex.effectors.sensor import Sensor
 from femflex.effectors.wheel import P as WHEEL
 from femflex.effectors.wheel import Rotor
 from femflex.noun.problems import suggestion_text
 from femflex.rotations import dcm_from_quaternion
-from femflex.studies.jitter.sampled_loop import SampledLoop, sampled_loop
-from femflex.studies.linear import LinearModel, linear_model, poles_of
+from femflex.studies.linear import LinearModel, linear_model, poles_of, sampled_model
 from femflex.studies.linear.inputs import BASE
-from femflex.studies.linear.space import resolvent_response
+from femflex.studies.linear.space import resolvent, resolvent_response
 from femflex.system import Part, System
 from femflex.system.acting import with_effectors
 from femflex.warning import PhysicsWarning
+
+UNSTABLE = "the loop of the sampled controllers has a multiplier on the unit circle at the response of {s:.6g}"
+
+
+@dataclass(frozen=True, eq=False)
+class SampledLoop:
+    """Sampled controllers about the states x (n,) of a linear model.
+
+    B (n, m)  of commands and memory s;  samples_x (m, n), samples_s (m, m): s after a sample from x and s before it
+    period [s];  poles (k,) [1/s] of the closed loop below half the rate of the samples
+    """
+
+    B: Array
+    samples_x: Array
+    samples_s: Array
+    period: float
+    poles: ComplexArray
+
+    def closed(self, A: ComplexArray, B: Array, C: Array, omega: Array) -> ComplexArray:
+        """C x (n_omega, n_out, n_c) per component of a disturbance with columns B (n, n_c), at omega [rad/s]."""
+        z = np.exp(1j * omega * self.period)
+        n, m, n_c = len(A), self.B.shape[1], B.shape[1]
+        wide = np.zeros((n + m, n + m), complex)
+        wide[:n, :n], wide[:n, n:] = A, self.B
+        flow = expm(wide * self.period)
+        G = resolvent_response(A, np.hstack([B, self.B]), np.vstack([C, self.samples_x]), omega)
+        to_outputs, to_samples = G[:, : len(C)], G[:, len(C) :, :n_c]
+        sampled = resolvent(flow[:n, :n], flow[:n, n:], self.samples_x, z, lambda s: UNSTABLE.format(s=s))
+        loop = np.eye(m) - self.samples_s / z[:, None, None] - sampled
+        commands = np.linalg.solve(loop, to_samples)
+        staircase = (1.0 - 1.0 / z) / (1j * omega * self.period)
+        return np.asarray(to_outputs[..., :n_c] + staircase[:, None, None] * (to_outputs[..., n_c:] @ commands))
+
+
+def sampled_loop(system: System, model: LinearModel) -> SampledLoop | None:
+    """The sampled controllers of a system about its linear model, None without; warns of those that are held instead.
+
+    Those of several periods or with delays have no discrete model.
+    """
+    if not with_held_commands(system, loops=False).controllers:
+        return None
+    try:
+        discrete = sampled_model(system)
+    except ValueError as error:
+        warnings.warn(
+            PhysicsWarning(f"commands of sampled controllers are held, so their loops are open: {error}"), stacklevel=3
+        )
+        return None
+    names, n = [name for name, _ in discrete.states], len(model.A)
+    place = np.array([names.index(name) for name, _ in model.states], int)
+    others = np.setdiff1d(np.arange(len(names)), place)
+    multipliers = discrete.multipliers()
+    poles = np.log(multipliers[np.abs(multipliers) > 1e-12].astype(complex)) / discrete.period
+    assert len(place) == n
+    return SampledLoop(
+        discrete.generator[np.ix_(place, others)],
+        discrete.sample[np.ix_(others, place)],
+        discrete.sample[np.ix_(others, others)],
+        discrete.period,
+        poles,
+    )
+
 
 XYZ = "xyz"
 MEASURED = {  # of an output: kind of its sensor, power of i w, unit

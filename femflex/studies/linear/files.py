@@ -9,8 +9,7 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.hdf5 import atomic_hdf5
 from femflex.results import open_run
-from femflex.studies.linear.linear_model import LinearModel
-from femflex.studies.linear.second_order import second_order
+from femflex.studies.linear.linear_model import LinearModel, second_order
 from femflex.studies.linear.space import StateSpace
 from femflex.system import System
 from femflex.writing import atomic_file
