@@ -112,13 +112,12 @@ class ModalFrequencies:
 class Varied:
     """A property that a study can vary over numbers.
 
-    noun, meaning  what a level counts: "mode", "number of modes";  least  level
+    noun   what a level counts, such as "mode";  least  level
     suitable       whether a body of a case has it, and `subject`, what one without it lacks
     with_level     the table of a body at a level
     """
 
     noun: str
-    meaning: str
     least: int
     subject: str
     suitable: Callable[[Case, BodyTable], bool]
@@ -423,22 +422,22 @@ def _flexible(case: Case, name: str) -> FlexibleTable:
 
 VARIED = {
     "modes": Varied(
-        "mode", "number of modes", 1, "modes to vary",
+        "mode", 1, "modes to vary",
         lambda case, table: _mode_count(case, table) is not None, _with_mode_count,
     ),
     "mesh": Varied(
-        "refinement", "fineness of the mesh", 0, "mesh to refine",
+        "refinement", 0, "mesh to refine",
         lambda case, table: isinstance(table, FlexibleTable),
         lambda table, r: table.model_copy(update={"refine": table.refine + r}),
     ),
     "derivatives": Varied(
-        "derivative shape", "number of derivative shapes", 0, "nonlinear strain with derivatives to vary",
+        "derivative shape", 0, "nonlinear strain with derivatives to vary",
         _has_derivatives, lambda table, n: _with_part(table, "reduction", {"derivatives": n or "none"}),
     ),
     "segments": Varied(
-        "segment", "number of segments", 1, "line cut into segments",
+        "segment", 1, "line cut into segments",
         lambda case, table: bool(_segment_count(table)), _with_segments,
     ),
-    "strain": Varied("form", "form of strain", 0, "form of strain to choose", _has_strain, _with_strain),
-    "functions": Varied("type", "type of functions", 0, "functions to vary", _has_functions, _with_mode_count),
+    "strain": Varied("form", 0, "form of strain to choose", _has_strain, _with_strain),
+    "functions": Varied("type", 0, "functions to vary", _has_functions, _with_mode_count),
 }  # fmt: skip

@@ -48,11 +48,6 @@ class SpeedScan:
         """Index (n_out,) of the worst speed of each output among the speeds."""
         return np.asarray(np.argmax(self.mean_squares, axis=0))
 
-    @property
-    def mean_over_range(self) -> Array:
-        """Mean square (n_out,) over the range, all speeds alike, in squared units of the outputs."""
-        return np.asarray(np.trapezoid(self.mean_squares, self.speeds, axis=0) / np.ptp(self.speeds))
-
 
 @dataclass(frozen=True, eq=False)
 class Contribution:
@@ -145,11 +140,10 @@ class Budget:
         none = np.zeros((len(self.modes) + 1, len(self.names)))
         return np.asarray(sum((entry.by_mode for entry in self.contributions.values()), none))
 
-    def cumulative(self, source: str | None = None) -> Array:
-        """Mean squares (n_p + 1, n_out), in squared units, up to each of the edges, of one source or of all."""
-        entries = self.contributions.values() if source is None else [self.contributions[source]]
+    def cumulative(self) -> Array:
+        """Mean squares (n_p + 1, n_out), in squared units, up to each of the edges, of all sources."""
         total = np.zeros((len(self.edges), len(self.names)))
-        for entry in entries:
+        for entry in self.contributions.values():
             total += cumulative(entry.density, self.weights)
             for k, (frequencies, squares) in enumerate(entry.at_lines):
                 order = np.argsort(frequencies)
