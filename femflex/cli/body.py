@@ -32,9 +32,8 @@ def body(
     interface: Annotated[
         list[str] | None,
         typer.Option(
-            "--interface",
             help="Marker that is an interface of a Craig-Bampton model, written to .npz, .h5, .mat, .op4 or .bdf; "
-            "may be repeated.",
+            "may be repeated."
         ),
     ] = None,
     force: Force = False,

@@ -52,19 +52,16 @@ def campbell(
     speeds: Annotated[
         str | None,
         typer.Option(
-            "--speeds",
-            help="Speeds: first, last and number, such as 0:400 rpm:17, or a list. Default: those of the case.",
+            help="Speeds: first, last and number, such as 0:400 rpm:17, or a list. Default: those of the case."
         ),
     ] = None,
-    modes: Annotated[int | None, typer.Option("--modes", min=1, help="Lowest branches followed.")] = None,
+    modes: Annotated[int | None, typer.Option(min=1, help="Lowest branches followed.")] = None,
     orders: Annotated[
-        str | None, typer.Option("--orders", help="Multiples of the speed whose crossings are listed: 1,2,3.")
+        str | None, typer.Option(help="Multiples of the speed whose crossings are listed: 1,2,3.")
     ] = None,
     vary: Annotated[
         str | None,
-        typer.Option(
-            "--vary", help="KEY=FIRST:LAST:NUMBER of another value than the speed: joints.0.stiffness=1:9:17."
-        ),
+        typer.Option(help="KEY=FIRST:LAST:NUMBER of another value than the speed: joints.0.stiffness=1:9:17."),
     ] = None,
     at: At = None,
     output: Files = None,

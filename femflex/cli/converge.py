@@ -30,22 +30,20 @@ def converge(
     over: Annotated[
         str,
         typer.Option(
-            "--over",
             help="What is varied: modes, mesh, derivatives, segments, functions (type and number of admissible "
             "functions), strain (linear, condensed, nonlinear); or several in turn, modes,derivatives,strain, each "
-            "with the levels that the ones before found sufficient.",
+            "with the levels that the ones before found sufficient."
         ),
     ] = "modes",
     levels: Annotated[
         str | None,
         typer.Option(
-            "--levels",
             help="Numbers of modes or segments (1,2,4), mesh refinements or derivative shapes (0,1,2). Default: those "
-            "of the case.",
+            "of the case."
         ),
     ] = None,
     tolerance: Annotated[
-        float | None, typer.Option("--tolerance", help="Largest relative error. Default: that of the case, or 1e-3.")
+        float | None, typer.Option(help="Largest relative error. Default: that of the case, or 1e-3.")
     ] = None,
     output: Files = None,
     theme: Theme = "light",

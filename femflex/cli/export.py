@@ -38,13 +38,12 @@ def export(
     ] = None,
     camera: SceneCamera = "auto",
     instants: Annotated[
-        int, typer.Option("--instants", min=0, help="Instants of a scene, equally spaced. 0: every row of the run.")
+        int, typer.Option(min=0, help="Instants of a scene, equally spaced. 0: every row of the run.")
     ] = 0,
     inputs: Annotated[
         str | None,
         typer.Option(
-            "--inputs",
-            help="Inputs of an FMU, separated by commas, beside those of the case. Default: its loads and signals.",
+            help="Inputs of an FMU, separated by commas, beside those of the case. Default: its loads and signals."
         ),
     ] = None,
     force: Force = False,

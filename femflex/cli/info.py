@@ -22,7 +22,7 @@ PROPERTIES = re.compile(r"^(MAT\d|P(SHELL|COMP|BAR|BEAM|ROD|SOLID|BUSH)|\*MATERI
 @verb("femflex info meshes/panel.msh")
 def info(
     file: Annotated[Path, typer.Argument(help="Mesh, deck, body, case or run file.", show_default=False)],
-    units: Annotated[str, typer.Option("--units", help="Units of a deck, such as mm-t-s.")] = "m-kg-s",
+    units: Annotated[str, typer.Option(help="Units of a deck, such as mm-t-s.")] = "m-kg-s",
     channels: Annotated[
         bool, typer.Option("--channels", help="List the channels that a run of the case would write.")
     ] = False,

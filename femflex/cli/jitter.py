@@ -42,16 +42,13 @@ def jitter(
     show: Annotated[
         Diagram,
         typer.Option(
-            "--show",
             help="cumulative: rms up to each frequency; spectrum: of random sources; response: to each source; "
-            "speeds: rms over the speed of wheels and drives; waterfall: lines over frequency and speed.",
+            "speeds: rms over the speed of wheels and drives; waterfall: lines over frequency and speed."
         ),
     ] = "cumulative",
     full: Annotated[
         str | None,
-        typer.Option(
-            "--full", help='Frequencies, "10 Hz, 45 Hz", at which the meshes are solved beside the reduced model.'
-        ),
+        typer.Option(help='Frequencies, "10 Hz, 45 Hz", at which the meshes are solved beside the reduced model.'),
     ] = None,
     title: Title = None,
     theme: Theme = "light",

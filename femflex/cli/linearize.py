@@ -38,8 +38,7 @@ def linearize(
     inputs: Annotated[
         str | None,
         typer.Option(
-            "--inputs",
-            help="Inputs, separated by commas, such as loads/slew/torque:y. Default: all loads, motions and commands.",
+            help="Inputs, separated by commas, such as loads/slew/torque:y. Default: all loads, motions and commands."
         ),
     ] = None,
     output_channels: Annotated[
@@ -51,18 +50,13 @@ def linearize(
     at: At = None,
     run: Annotated[
         Path | None,
-        typer.Option(
-            "--run", help="Result file of a run: linearise about its state at --at, not about an equilibrium."
-        ),
+        typer.Option(help="Result file of a run: linearise about its state at --at, not about an equilibrium."),
     ] = None,
     below: Annotated[
-        float | None, typer.Option("--below", help="Keep only the poles up to this frequency [Hz] (modal truncation).")
+        float | None, typer.Option(help="Keep only the poles up to this frequency [Hz] (modal truncation).")
     ] = None,
     balanced: Annotated[
-        int | None,
-        typer.Option(
-            "--balanced", help="Number of states kept in addition to rigid-body motion (balanced truncation)."
-        ),
+        int | None, typer.Option(help="Number of states kept in addition to rigid-body motion (balanced truncation).")
     ] = None,
     zeros: Annotated[bool, typer.Option("--zeros", help="List the transmission zeros too.")] = False,
     nichols: Annotated[

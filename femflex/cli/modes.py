@@ -48,7 +48,7 @@ DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 @verb("femflex modes cases/orbiter_beam.toml -o modes.png")
 def modes(
     file: Annotated[Path, typer.Argument(help="Case file (TOML) or body file (HDF5).", show_default=False)],
-    body: Annotated[str | None, typer.Option("--body", help="Name of one body, for its modes alone.")] = None,
+    body: Annotated[str | None, typer.Option(help="Name of one body, for its modes alone.")] = None,
     all_bodies: Annotated[bool, typer.Option("--bodies", help="Every flexible body alone.")] = False,
     number: Annotated[
         int | None,
@@ -60,9 +60,7 @@ def modes(
         ),
     ] = None,
     at: At = None,
-    mac: Annotated[
-        Path | None, typer.Option("--mac", help="Body file whose shapes are compared (modal assurance).")
-    ] = None,
+    mac: Annotated[Path | None, typer.Option(help="Body file whose shapes are compared (modal assurance).")] = None,
     output: Annotated[
         list[Path] | None,
         typer.Option(
@@ -71,11 +69,10 @@ def modes(
             help="Montage of modes (.png), movie of one (.mp4) or page to turn them (.html); may be repeated.",
         ),
     ] = None,
-    mode: Annotated[int | None, typer.Option("--mode", min=1, help="Number of the mode of the movie.")] = None,
+    mode: Annotated[int | None, typer.Option(min=1, help="Number of the mode of the movie.")] = None,
     force: Force = False,
     backbone: Annotated[
-        str | None,
-        typer.Option("--backbone", help='Rising amplitudes, "1 mm, 5 mm": frequency of the lowest mode at each.'),
+        str | None, typer.Option(help='Rising amplitudes, "1 mm, 5 mm": frequency of the lowest mode at each.')
     ] = None,
     verbose: Verbose = False,
     as_json: Json = False,

@@ -112,17 +112,14 @@ def examples(
 def new(
     name: Annotated[Path, typer.Argument(help="Case file to write, such as my_craft.toml.", show_default=False)],
     mesh: Annotated[
-        Path | None, typer.Option("--mesh", help="Mesh of the flexible body. Default: a boom from beam theory.")
+        Path | None, typer.Option(help="Mesh of the flexible body. Default: a boom from beam theory.")
     ] = None,
     deck: Annotated[
-        Path | None, typer.Option("--deck", help="Nastran or Abaqus deck of the flexible body.", show_default=False)
+        Path | None, typer.Option(help="Nastran or Abaqus deck of the flexible body.", show_default=False)
     ] = None,
-    units: Annotated[
-        str | None, typer.Option("--units", help="Units of the deck, such as mm-t-s. Default: a guess.")
-    ] = None,
+    units: Annotated[str | None, typer.Option(help="Units of the deck, such as mm-t-s. Default: a guess.")] = None,
     template: Annotated[
-        str | None,
-        typer.Option("--template", help=f"Start from a shipped case with its mesh: {', '.join(TEMPLATES)}."),
+        str | None, typer.Option(help=f"Start from a shipped case with its mesh: {', '.join(TEMPLATES)}.")
     ] = None,
     force: Force = False,
 ) -> None:

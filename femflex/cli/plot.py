@@ -38,7 +38,7 @@ def plot(
     energy: Annotated[
         bool, typer.Option("--energy", help="Stacked account of stored and dissipated energy and work, by contributor.")
     ] = False,
-    highest: Annotated[float | None, typer.Option("--highest", help="Last frequency of spectra in Hz.")] = None,
+    highest: Annotated[float | None, typer.Option(help="Last frequency of spectra in Hz.")] = None,
     radians: Annotated[bool, typer.Option("--radians", help="Angles in radians instead of degrees.")] = False,
     theme: Theme = "light",
     title: Title = None,

@@ -26,44 +26,37 @@ def render(
     at: Annotated[
         str | None,
         typer.Option(
-            "--at",
-            help="Time of the picture: seconds, or a text such as '2 min'. Default: that of the largest displacement.",
+            help="Time of the picture: seconds, or a text such as '2 min'. Default: that of the largest displacement."
         ),
     ] = None,
     movie: Annotated[bool, typer.Option("--movie", help="Draw a movie instead of a picture.")] = False,
     start: Start = None,
     end: End = None,
-    speed: Annotated[float | None, typer.Option("--speed", help="Seconds of the run in one of the movie.")] = None,
-    fps: Annotated[float, typer.Option("--fps", help="Frames a second.")] = 25.0,
-    mode: Annotated[
-        int | None, typer.Option("--mode", min=1, help="Of a body file: draw a looping movie of this mode.")
-    ] = None,
-    scale: Annotated[str, typer.Option("--scale", help="Factor on deformations, 1 is true.")] = "auto",
+    speed: Annotated[float | None, typer.Option(help="Seconds of the run in one of the movie.")] = None,
+    fps: Annotated[float, typer.Option(help="Frames a second.")] = 25.0,
+    mode: Annotated[int | None, typer.Option(min=1, help="Of a body file: draw a looping movie of this mode.")] = None,
+    scale: Annotated[str, typer.Option(help="Factor on deformations, 1 is true.")] = "auto",
     colour: Annotated[
         str,
         typer.Option(
-            "--colour",
             help="What colours bodies: displacement, energy, strain:NAME such as strain:axial, stress:NAME such as "
-            "stress:von_mises, peak:NAME, the largest stress over the run, or light, the sunlight on surfaces.",
+            "stress:von_mises, peak:NAME, the largest stress over the run, or light, the sunlight on surfaces."
         ),
     ] = "displacement",
     theme: Theme = "light",
     camera: Annotated[
-        str | None,
-        typer.Option("--camera", help="auto, fixed, follow, orbital, body or body:NAME. Default: that of the case."),
+        str | None, typer.Option(help="auto, fixed, follow, orbital, body or body:NAME. Default: that of the case.")
     ] = None,
     view: Annotated[
         str | None,
-        typer.Option(
-            "--view", help="Direction from the scene to the camera, such as 1,-2,0.5. Default: that of the case."
-        ),
+        typer.Option(help="Direction from the scene to the camera, such as 1,-2,0.5. Default: that of the case."),
     ] = None,
-    size: Annotated[str, typer.Option("--size", help="Width and height in pixels.")] = "1280x720",
-    edges: Annotated[str, typer.Option("--edges", help="auto, sharp, mesh or none.")] = "auto",
+    size: Annotated[str, typer.Option(help="Width and height in pixels.")] = "1280x720",
+    edges: Annotated[str, typer.Option(help="auto, sharp, mesh or none.")] = "auto",
     no_triads: Annotated[bool, typer.Option("--no-triads", help="Leave out the axes of bodies and frame.")] = False,
     no_names: Annotated[bool, typer.Option("--no-names", help="Leave out the names of bodies.")] = False,
     trace: Annotated[
-        list[str] | None, typer.Option("--trace", help="Marker BODY.MARKER whose path is drawn; may be repeated.")
+        list[str] | None, typer.Option(help="Marker BODY.MARKER whose path is drawn; may be repeated.")
     ] = None,
     force: Force = False,
 ) -> None:

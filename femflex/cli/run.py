@@ -34,7 +34,7 @@ def run(
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the unfinished run in the output file.")] = False,
     force: Force = False,
-    without: Annotated[list[str] | None, typer.Option("--without", help=HELP_WITHOUT)] = None,
+    without: Annotated[list[str] | None, typer.Option(help=HELP_WITHOUT)] = None,
     linearised: Annotated[
         bool,
         typer.Option("--linearised", help="Solve the linear equations about the equilibrium, or along a deployment."),

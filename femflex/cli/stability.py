@@ -48,21 +48,20 @@ ROWS = 24  # values of a locus printed as text
 def stability(
     case: CaseFile,
     vary: Annotated[
-        list[str] | None,
-        typer.Option("--vary", help="KEY=FIRST:LAST:NUMBER, such as joints.0.damping=0:4:41; once or twice."),
+        list[str] | None, typer.Option(help="KEY=FIRST:LAST:NUMBER, such as joints.0.damping=0:4:41; once or twice.")
     ] = None,
     floquet: Annotated[
         bool, typer.Option("--floquet", help="Stability of the periodic motion, by its multipliers.")
     ] = False,
     period: Annotated[
-        str | None, typer.Option("--period", help="Period of the motion: seconds, or a text such as '2 min'.")
+        str | None, typer.Option(help="Period of the motion: seconds, or a text such as '2 min'.")
     ] = None,
     shooting: Annotated[
         bool, typer.Option("--shooting", help="Find the periodic motion near the initial state first.")
     ] = False,
     without: Annotated[
         list[str] | None,
-        typer.Option("--without", help="Terms that a second, dashed one omits, such as flexibility; may be repeated."),
+        typer.Option(help="Terms that a second, dashed one omits, such as flexibility; may be repeated."),
     ] = None,
     output: Files = None,
     theme: Theme = "light",

@@ -32,15 +32,12 @@ HELP_AT = (
 @verb("femflex stress run.h5 --body wing --at 0.3,0,0 -o stress.csv")
 def stress(
     file: RunFile,
-    body: Annotated[list[str] | None, typer.Option("--body", help="Body; may be repeated. Default: all.")] = None,
-    at: Annotated[list[str] | None, typer.Option("--at", help=HELP_AT)] = None,
+    body: Annotated[list[str] | None, typer.Option(help="Body; may be repeated. Default: all.")] = None,
+    at: Annotated[list[str] | None, typer.Option(help=HELP_AT)] = None,
     quantity: Annotated[
-        list[str] | None,
-        typer.Option("--quantity", help="Quantity such as von_mises or moment_y; may be repeated. Default: all."),
+        list[str] | None, typer.Option(help="Quantity such as von_mises or moment_y; may be repeated. Default: all.")
     ] = None,
-    group: Annotated[
-        list[str] | None, typer.Option("--group", help="Group of members; may be repeated. Default: all.")
-    ] = None,
+    group: Annotated[list[str] | None, typer.Option(help="Group of members; may be repeated. Default: all.")] = None,
     points: Annotated[
         bool, typer.Option("--points", help="List every strain point with its largest values, in place of the peaks.")
     ] = False,

@@ -31,12 +31,8 @@ def sweep(
         typer.Option("-o", "--output", help="Results (.h5), picture (.png, .svg) or page (.html); may be repeated."),
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with a sweep that was broken off.")] = False,
-    workers: Annotated[
-        int | None, typer.Option("--workers", min=1, help="Number of processes. Default: one per core.")
-    ] = None,
-    scheduler: Annotated[
-        str | None, typer.Option("--scheduler", help="Address of a Dask scheduler, such as tcp://host:8786.")
-    ] = None,
+    workers: Annotated[int | None, typer.Option(min=1, help="Number of processes. Default: one per core.")] = None,
+    scheduler: Annotated[str | None, typer.Option(help="Address of a Dask scheduler, such as tcp://host:8786.")] = None,
     envelope: Annotated[bool, typer.Option("--envelope", help="Draw histories, not outputs over inputs.")] = False,
     indices: Annotated[
         bool, typer.Option("--indices", help="Draw Sobol indices (design = 'sobol_indices'), not outputs over inputs.")

@@ -25,7 +25,6 @@ def terms(
     coordinate: Annotated[
         list[str] | None,
         typer.Option(
-            "--coordinate",
             help="Coordinate to explain, such as beam.delta1; may be repeated; `all`. Default: a selection.",
             show_default=False,
         ),
