@@ -1,4 +1,4 @@
-"""Largest deflections of elastic bodies, compared with the limit of their strain form."""
+"""Largest deflections of elastic bodies, at rest and spinning, compared with the limits of their strain form."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Loads and attached bodies that determine the static shapes of a body.
+"""Loads and attached bodies that determine the static shapes of a body, and torques on its markers.
 
 With linear strain, if the reduction does not set `loads`, the static shape of a load or a disturbance of the case is
 added to the modes where these represent less than 99 % of its static work (for attached bodies see `joint_shapes`).

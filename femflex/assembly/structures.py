@@ -23,7 +23,7 @@ from femflex.fem import (
     build_structure,
 )
 from femflex.fem.connections.connection import Connection, Referenced
-from femflex.fem.option import OPTIONS as FAMILY_OPTIONS
+from femflex.fem.family import OPTIONS as FAMILY_OPTIONS
 from femflex.fem.sections.laminates import Lamina
 from femflex.fem.sections.materials import Material, Orthotropic
 from femflex.fem.sections.named import member_material, member_section, solid_material

@@ -1,4 +1,4 @@
-"""Build the System of a case from its bodies."""
+"""Build the System of a case from its bodies, effectors and signals."""
 
 from __future__ import annotations
 

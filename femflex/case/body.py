@@ -1,4 +1,4 @@
-"""[bodies.<name>]: rigid, meshed, analytic, or read from the file of a reduced body."""
+"""[bodies.<name>]: rigid, meshed or of a deck, analytic, or read from the file of a reduced body."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from femflex.case.matrices import MatricesTable
 from femflex.case.shape import Shape
 from femflex.fem.bushing import Bushing
 from femflex.fem.connections import Distributing, Equation, Rigid
-from femflex.fem.option import OPTIONS, Option
+from femflex.fem.family import OPTIONS, Option
 from femflex.fem.point_mass import PointMass
 from femflex.noun.inertia import InertiaMatrix
 from femflex.noun.table import Name, Table, exactly_one, refuse

@@ -11,10 +11,9 @@ from pydantic import Field, PrivateAttr, create_model, model_validator
 
 from femflex.case.attitude import AttitudeTable
 from femflex.case.body import Body
-from femflex.case.campbell import CampbellTable
+from femflex.case.campbell import CampbellTable, StabilityTable
 from femflex.case.initial import StartTable
 from femflex.case.run import PicturesTable, RunTable, StudyTable
-from femflex.case.stability import StabilityTable
 from femflex.disturbances import Disturbance, JitterTable
 from femflex.effectors.noun import EffectorNoun
 from femflex.effectors.registry import nouns

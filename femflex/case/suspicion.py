@@ -1,4 +1,4 @@
-"""Possible numbers that look like another unit: warnings with both readings."""
+"""Numbers that look like another unit, and magnitudes beyond the usual: warnings with both readings."""
 
 from __future__ import annotations
 

@@ -129,7 +129,7 @@ def print_value_diagram(case: Case, axis_range: KeyRange, modes: int | None, rep
     """Print and write the diagram over a value of the case, or its computed part if it is broken off."""
     import numpy as np
 
-    from femflex.case.stability import stability_table
+    from femflex.case.campbell import stability_table
     from femflex.dynamics.linear.equilibrium import EquilibriumError
     from femflex.studies.campbell import MODES, assembled_diagram, value_steps
 

@@ -180,7 +180,7 @@ def print_run_summary(run: Run, system: System, output: Path) -> None:
     """Print how the run ended and how far its monitors drifted."""
     import numpy as np
 
-    from femflex.advice.energy_watch import conserved_monitors
+    from femflex.advice.watches import conserved_monitors
 
     s = run.statistics
     print(
@@ -205,7 +205,7 @@ def change_line(run: Run, path: str) -> str:
 
     value = run[path]
     change = float(np.abs(value - value[0]).max())
-    from femflex.advice.energy_watch import ENERGIES
+    from femflex.advice.watches import ENERGIES
 
     shares = [f"monitors/{kind}" for kind in ENERGIES] if path == "monitors/energy" else [path]
     size = max(float(np.abs(run[share]).max()) for share in shares if share in run)

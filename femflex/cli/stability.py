@@ -105,7 +105,7 @@ def with_options(
     case: Case, vary: list[str] | None, floquet: bool, period: str | None, shooting: bool, without: list[str] | None
 ) -> Case:
     """Return the case with the options of the command line in place of its [stability]."""
-    from femflex.case.stability import stability_table
+    from femflex.case.campbell import stability_table
 
     settings: dict[str, Any] = {} if case.stability is None else case.stability.model_dump(exclude_unset=True)
     if vary:

@@ -1,4 +1,4 @@
-"""A Structure about a deflected state, with the mesh, masses and strains of that state."""
+"""A Structure about a deflected state, with the mesh, masses and strains of that state, and relaxed stress."""
 
 from __future__ import annotations
 

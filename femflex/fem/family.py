@@ -1,4 +1,4 @@
-"""The contribution of a member family to a Structure, and the register of families by name.
+"""The contribution of a member family to a Structure, and the register of families and their options by name.
 
 A new family is one new file in this folder: a function decorated with `family("name", options)` that asks the
 numbering for dofs and returns its inertia and strain blocks and the skin it is drawn with.
@@ -6,15 +6,15 @@ numbering for dofs and returns its inertia and strain blocks and the skin it is 
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
-from femflex.fem.option import OPTIONS, Options
 from femflex.fem.tables import InertiaBlock, StrainBlock
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.merge import doubled_cells
@@ -22,6 +22,45 @@ from femflex.mesh.merge import doubled_cells
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
     from femflex.mesh import Mesh
+
+
+@dataclass(frozen=True)
+class Option:
+    """One option of a family of members.
+
+    default  its value when left out
+    meaning  in words, for the README and the schema
+    unit     SI unit of its numbers ("" for plain ones); None for a word, a whole number or a truth value
+    shapes   how many numbers it may take: 0 for one alone
+    field    whether it may be a formula of x, y and z in place of numbers
+    """
+
+    default: Any
+    meaning: str
+    unit: str | None = None
+    shapes: tuple[int, ...] = (0,)
+    field: bool = False
+
+
+Options = Mapping[str, Option]
+OPTIONS: dict[str, Options] = {}  # by family, filled where a family is registered
+
+
+def member_options(member: Member) -> dict[str, Any]:
+    """The member's options over the defaults of its family.
+
+    Raises ValueError for an option that the family does not have, with the most similar name.
+    """
+    options = OPTIONS[member.family]
+    for name in member.options:
+        if name not in options:
+            close = difflib.get_close_matches(name, list(options), n=1)
+            hint = f" Did you mean {close[0]!r}?" if close else ""
+            raise ValueError(
+                f"{member.family} on group {member.group!r} has no option {name!r}; its options are "
+                f"{sorted(options)}.{hint}"
+            )
+    return {**{name: option.default for name, option in options.items()}, **member.options}
 
 
 @dataclass(frozen=True, eq=False)

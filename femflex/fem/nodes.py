@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.fem.assembly.numbering import Numbering
-from femflex.fem.family import Contribution, family
-from femflex.fem.option import Option, Options, member_options
+from femflex.fem.family import Contribution, Option, Options, family, member_options
 
 if TYPE_CHECKING:
     from femflex.fem.structure import Member

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from femflex.advice.advice import advice_text, warn_of
-from femflex.advice.energy_watch import EnergyWatch
 from femflex.advice.limits import FULL_THRUST
-from femflex.advice.watches import Watches
+from femflex.advice.watches import EnergyWatch, Watches
 from femflex.arrays import Array
 from femflex.pipeline.guard import MotionGuard, Singularities, first_fault, warn_of_passage
 from femflex.system import Effector

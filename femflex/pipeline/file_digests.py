@@ -19,7 +19,7 @@ from femflex.case.body import FileTable, FlexibleTable, RigidTable
 from femflex.case.case import Case
 from femflex.case.initial import COMPUTED
 from femflex.case.matrices import MatricesTable
-from femflex.case.model_inputs import motions_from_files
+from femflex.case.named_files import motions_from_files
 from femflex.case.shape import MeshShape
 from femflex.noun.table import Table
 from femflex.system.motion import Motion

@@ -15,7 +15,7 @@ SHOWN = 4  # differences printed
 
 def inputs_text(case: Case) -> str:
     """JSON text with the model values of a case, the digests of its files, and the length of its run."""
-    from femflex.case.model_inputs import LENGTH, model_values
+    from femflex.case.named_files import LENGTH, model_values
     from femflex.pipeline.file_digests import file_digests
 
     length = {key: value for key in LENGTH if (value := getattr(case.run, key)) is not None}

@@ -122,7 +122,7 @@ def integrator_of(output: Path) -> str:
 
 def check_case_text(run: Run, begun: Mapping[str, Any], path: Path) -> None:
     """Raise ValueError when the case text in the file is not that of the inputs in it, as after an edit."""
-    from femflex.case.model_inputs import model_values
+    from femflex.case.named_files import model_values
     from femflex.case.read import parse_case
 
     try:

@@ -12,9 +12,16 @@ from femflex.reduction.large_deflection.third_derivatives import with_third_deri
 from femflex.reduction.modes.buckling import critical_factor
 from femflex.reduction.modes.craig_bampton import craig_bampton
 from femflex.reduction.modes.damping import Damping
-from femflex.reduction.modes.nodal import lumped, nodal, nodal_translations
 from femflex.reduction.modes.residuals import with_attachment
-from femflex.reduction.modes.vibration import ModeSet, cantilever_modes, free_free_modes, rigid_set
+from femflex.reduction.modes.vibration import (
+    ModeSet,
+    cantilever_modes,
+    free_free_modes,
+    lumped,
+    nodal,
+    nodal_translations,
+    rigid_set,
+)
 from femflex.reduction.preload.equilibrium import static_equilibrium
 from femflex.reduction.preload.loads import OrbitField, Preload
 from femflex.reduction.reduce import chord_modes, reduce_segments, reduce_structure

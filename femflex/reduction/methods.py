@@ -17,9 +17,17 @@ from femflex.reduction.large_deflection.derivatives import with_derivatives
 from femflex.reduction.large_deflection.response_states import with_responses
 from femflex.reduction.large_deflection.third_derivatives import with_sheet_shapes
 from femflex.reduction.modes.craig_bampton import craig_bampton
-from femflex.reduction.modes.nodal import lumped, nodal, nodal_translations
 from femflex.reduction.modes.residuals import with_attachment
-from femflex.reduction.modes.vibration import ModeSet, cantilever_modes, free_free_modes, load_vectors, rigid_set
+from femflex.reduction.modes.vibration import (
+    ModeSet,
+    cantilever_modes,
+    free_free_modes,
+    load_vectors,
+    lumped,
+    nodal,
+    nodal_translations,
+    rigid_set,
+)
 from femflex.warning import warn_of_physics
 
 Slow = Callable[[ModeSet], Array]

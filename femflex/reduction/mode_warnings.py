@@ -19,7 +19,7 @@ import numpy as np
 
 from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.conditions import edge_keys
-from femflex.fem.beam.corners import corner_nodes
+from femflex.fem.beam.strain import corner_nodes
 from femflex.fem.deflected import RelaxedStrain
 from femflex.fem.family import HALF_WAVES
 from femflex.fem.plate.strain import PlateStrain, ThinPlates

@@ -1,4 +1,4 @@
-"""The structure and shapes that a body was reduced from, by which its shapes and loads are assessed later."""
+"""The structure and shapes that a body was reduced from, by which they are assessed; bodies resolved finer."""
 
 from __future__ import annotations
 

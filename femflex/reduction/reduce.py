@@ -1,4 +1,4 @@
-"""Reduce a Structure with a ModeSet to a FlexibleBody."""
+"""Reduce a Structure with a ModeSet to a FlexibleBody, whole, in segments, or for small motions."""
 
 from __future__ import annotations
 
@@ -18,10 +18,9 @@ from femflex.fem.tables import SectionInertia, element_chunks
 from femflex.mesh import Mesh, read_mesh
 from femflex.mesh.regions import WHOLE_GROUPS
 from femflex.reduction.beams.strain_points import strain_field
-from femflex.reduction.boundary.clamps import Groups
 from femflex.reduction.boundary.markers import attachable_nodes, marker, marker_rows
 from femflex.reduction.boundary.patches import add_load_sets, add_patches
-from femflex.reduction.boundary.rigid import check_no_rigid_motion, is_held_by_springs, rigid_shapes
+from femflex.reduction.boundary.rigid import Groups, check_no_rigid_motion, is_held_by_springs, rigid_shapes
 from femflex.reduction.induced_strain import with_induced_strains
 from femflex.reduction.inertia.accelerations import loads_of_rigid_accelerations
 from femflex.reduction.inertia.moments import linear_stiffness, mass_moments, mass_points
@@ -31,8 +30,7 @@ from femflex.reduction.large_deflection.foreshortening import foreshortening
 from femflex.reduction.mode_warnings import warn_of_folded_beams, warn_of_in_plane_turns, warn_of_omitted_shear
 from femflex.reduction.modes.craig_bampton import craig_bampton
 from femflex.reduction.modes.damping import UNANSWERED, Damping, bending_damping, is_added, is_unanswered
-from femflex.reduction.modes.nodal import is_lumped
-from femflex.reduction.modes.vibration import ModeSet, cantilever_modes, free_free_modes
+from femflex.reduction.modes.vibration import ModeSet, cantilever_modes, free_free_modes, is_lumped
 from femflex.reduction.preload.equilibrium import is_preloaded
 from femflex.reduction.strain.condense import condense, dependent_derivatives, with_static_stretch
 from femflex.reduction.strain.initial_stress import relaxed, warn_if_slack

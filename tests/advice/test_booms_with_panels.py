@@ -11,7 +11,7 @@ import femflex
 from femflex.assembly import build_mesh, build_structure_of
 from femflex.case.read import parse_case
 from femflex.mesh import Mesh, write_mesh
-from femflex.reduction.boundary.clamps import free_dofs, held_dofs
+from femflex.reduction.boundary.rigid import free_dofs, held_dofs
 
 GRAVITY = 1.6
 CRAFT = """

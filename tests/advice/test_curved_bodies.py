@@ -10,7 +10,7 @@ import femflex
 from femflex.assembly import build_mesh, build_structure_of
 from femflex.case import read_case
 from femflex.case.case import Case
-from femflex.reduction.boundary.clamps import held_dofs
+from femflex.reduction.boundary.rigid import held_dofs
 
 SPAN, RISE, ELEMENTS = 1.0, 0.03, 16
 RADIUS = (SPAN**2 / 4 + RISE**2) / (2 * RISE)

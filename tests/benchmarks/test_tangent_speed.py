@@ -9,7 +9,7 @@ from scipy.sparse.linalg import splu
 from femflex.fem import Material, Member, build_structure
 from femflex.mesh import rectangle
 from femflex.reduction import cantilever_modes
-from femflex.reduction.boundary.clamps import free_dofs
+from femflex.reduction.boundary.rigid import free_dofs
 from femflex.reduction.boundary.supported import solve_tangent
 
 METAL = Material(70e9, 0.3, 2700.0)

@@ -8,8 +8,7 @@ from support.small_craft import BOOM, CRAFT
 
 from femflex.body import rigid_body
 from femflex.case import read_case
-from femflex.case.model_inputs import model_values
-from femflex.case.named_files import check_no_input
+from femflex.case.named_files import check_no_input, model_values
 from femflex.mesh import read_mesh, write_mesh
 from femflex.pipeline.file_digests import file_digests
 from femflex.reduction import save_body

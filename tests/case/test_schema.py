@@ -13,7 +13,7 @@ import pytest
 
 from femflex.case.schema import json_schema, schema_text
 from femflex.fem import FAMILIES
-from femflex.fem.option import OPTIONS
+from femflex.fem.family import OPTIONS
 
 ROOT = Path(__file__).resolve().parents[2]
 CASES = sorted((ROOT / "cases").glob("*.toml"))

@@ -11,7 +11,7 @@ from support.nonlinear_models import METAL, bent_beam
 from femflex.fem import Member, build_structure
 from femflex.mesh import box, rectangle
 from femflex.reduction import cantilever_modes, reduce_structure, with_derivatives
-from femflex.reduction.boundary.clamps import free_dofs
+from femflex.reduction.boundary.rigid import free_dofs
 from femflex.reduction.inertia.accelerations import loads_of_linear_accelerations, work_of_accelerations
 
 

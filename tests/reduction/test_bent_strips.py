@@ -27,7 +27,7 @@ from femflex.reduction import (
     with_attachment,
     with_derivatives,
 )
-from femflex.reduction.boundary.clamps import held_dofs
+from femflex.reduction.boundary.rigid import held_dofs
 
 # a strip's bending in its own plane, which nothing excites here, is warned of
 pytestmark = pytest.mark.filterwarnings("ignore:plates turn in their own planes")

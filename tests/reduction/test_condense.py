@@ -24,8 +24,8 @@ from femflex.reduction import (
     with_attachment,
     with_derivatives,
 )
-from femflex.reduction.boundary.clamps import free_dofs
 from femflex.reduction.boundary.markers import marker_rows
+from femflex.reduction.boundary.rigid import free_dofs
 from femflex.reduction.modes.vibration import load_vectors
 from femflex.system import Load, System, weld
 

@@ -20,8 +20,7 @@ from femflex.reduction import (
     with_attachment,
     with_derivatives,
 )
-from femflex.reduction.boundary.clamps import held_dofs
-from femflex.reduction.boundary.rigid import rigid_shapes
+from femflex.reduction.boundary.rigid import held_dofs, rigid_shapes
 from femflex.reduction.boundary.supported import supported
 from femflex.reduction.strain.initial_stress import stress_energy
 

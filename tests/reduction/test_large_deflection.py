@@ -16,8 +16,7 @@ from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import Rectangle
 from femflex.mesh import line, rectangle
 from femflex.reduction import cantilever_modes, strain_tensors, with_attachment, with_derivatives, with_responses
-from femflex.reduction.boundary.clamps import held_dofs
-from femflex.reduction.boundary.rigid import rigid_shapes
+from femflex.reduction.boundary.rigid import held_dofs, rigid_shapes
 
 H = 0.01  # thickness of everything here [m]
 EDGES = ("left", "right", "bottom", "top")

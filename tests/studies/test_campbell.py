@@ -13,8 +13,8 @@ from support.rotating_beams import Rotating
 from support.small_cases import sprung_wheels
 
 from femflex.body import Marker, rigid_body
+from femflex.case.campbell import stability_table
 from femflex.case.read import parse_case
-from femflex.case.stability import stability_table
 from femflex.dynamics.linear.equilibrium import EquilibriumError
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body
 from femflex.studies.campbell import axis_of, campbell, case_campbell, case_steps, diagram_of, value_diagram

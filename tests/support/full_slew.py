@@ -20,7 +20,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from femflex.reduction import cantilever_modes
-from femflex.reduction.boundary.clamps import held_dofs
+from femflex.reduction.boundary.rigid import held_dofs
 from support.full_spin import Spun, mass_points, skew
 
 SPECTRAL = 0.8  # spectral radius at infinite frequency

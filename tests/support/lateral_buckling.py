@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import linalg
 
-from femflex.reduction.boundary.clamps import free_dofs
+from femflex.reduction.boundary.rigid import free_dofs
 
 EI, GJ, LENGTH = 1.4e4, 1.2e3, 10.0  # N m^2 about the weak axis, N m^2, m
 END_LOAD, WEIGHT, MOMENT = 4.0126, 12.854, np.pi  # Timoshenko & Gere, Theory of Elastic Stability, sections 6.2 and 6.3

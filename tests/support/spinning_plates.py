@@ -17,7 +17,7 @@ from femflex.dynamics import compile_system
 from femflex.dynamics.linear.equilibrium import equilibrium
 from femflex.integrate import integrator
 from femflex.mesh import rectangle
-from femflex.reduction.boundary.clamps import held_dofs
+from femflex.reduction.boundary.rigid import held_dofs
 from femflex.system import Frame, Profile, System, revolute, weld
 from support.full_spin import Spun
 

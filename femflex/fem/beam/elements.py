@@ -1,4 +1,4 @@
-"""The elements of a beam member: their geometry, the motion by their dofs, and the section at points along them."""
+"""The elements of a beam member: their geometry and axes, the motion by their dofs, and sections along them."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from skfem.refdom import RefLine
 
 from femflex.arrays import Array, IntArray
 from femflex.fem.beam.shapes import NODAL, BeamOrder, field_rows, shear_rows
-from femflex.fem.limits import UNLIKE_STIFFNESSES, UPRIGHT_AXIS
 from femflex.fem.line.chain import LINE_TYPES, ArcLength, element_frames, straight_elements
+from femflex.fem.mesh_warnings import UNLIKE_STIFFNESSES, UPRIGHT_AXIS
 from femflex.fem.sections.section import Resultants
 from femflex.warning import warn_of_physics
 

@@ -10,15 +10,21 @@ import numpy as np
 from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.dependence import Dependence
 from femflex.fem.assembly.numbering import Numbering
-from femflex.fem.beam.corners import corner_nodes
 from femflex.fem.beam.elements import CENTRES, BeamElements, selected_axes, stations
 from femflex.fem.beam.shapes import NODAL, BeamOrder
-from femflex.fem.beam.strain import beam_strain, shear_strain
-from femflex.fem.family import Contribution, SkinPart, StrainPlaces, family, member_cells
-from femflex.fem.limits import SLENDER_BEAM
+from femflex.fem.beam.strain import beam_strain, corner_nodes, shear_strain
+from femflex.fem.family import (
+    Contribution,
+    Option,
+    Options,
+    SkinPart,
+    StrainPlaces,
+    family,
+    member_cells,
+    member_options,
+)
 from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_length, element_frames, section_points, straight_elements
-from femflex.fem.mesh_warnings import warn_of_curved_beam
-from femflex.fem.option import Option, Options, member_options
+from femflex.fem.mesh_warnings import SLENDER_BEAM, warn_of_curved_beam
 from femflex.fem.sections.library import Shape
 from femflex.fem.sections.section import Resultants, Section
 from femflex.fem.support import COMPONENTS

@@ -1,4 +1,4 @@
-"""Connections: dofs that follow others, over the nodes of groups and a reference node."""
+"""Connections, dofs that follow others: rigid and distributing ones of groups with a reference node."""
 
 from __future__ import annotations
 

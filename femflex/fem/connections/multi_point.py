@@ -1,4 +1,4 @@
-"""Nodes whose components follow linear combinations of components of others: the general multi-point constraint."""
+"""Components that follow linear combinations of others: equations, and the general multi-point constraint."""
 
 from __future__ import annotations
 

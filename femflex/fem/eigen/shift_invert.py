@@ -1,4 +1,4 @@
-"""(K + shift M)^-1 M: one factorisation, and its largest eigenvalues by Lanczos or densely."""
+"""(K + shift M)^-1 M: one factorisation, and its largest eigenvalues by Lanczos or densely; modes made unique."""
 
 from __future__ import annotations
 

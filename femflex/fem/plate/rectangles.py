@@ -11,14 +11,20 @@ from numpy.polynomial import polynomial
 
 from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
-from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
+from femflex.fem.family import Contribution, StrainPlaces, family, member_cells, member_options
 from femflex.fem.mesh_warnings import warn_of_curved_sides
-from femflex.fem.option import member_options
 from femflex.fem.plate.blocks import LocalDofs, PlateInertia, mass_points
-from femflex.fem.plate.dof_map import flat_map, member_section
-from femflex.fem.plate.elastic import OPTIONS, initial_stress, ply_stiffness, section_stiffness
-from femflex.fem.plate.frames import ROUNDING, orient_normals, plane_normals, shared_axes
-from femflex.fem.plate.sides import side_table
+from femflex.fem.plate.frames import (
+    OPTIONS,
+    ROUNDING,
+    initial_stress,
+    orient_normals,
+    plane_normals,
+    ply_stiffness,
+    section_stiffness,
+    shared_axes,
+)
+from femflex.fem.plate.sides import flat_map, member_section, side_table
 from femflex.fem.plate.skin import plate_skin
 from femflex.fem.plate.strain import PlateStrain, ThinPlates
 from femflex.fem.tables import rows_of_elements

@@ -12,13 +12,19 @@ from skfem.refdom import RefTri
 
 from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
-from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
+from femflex.fem.family import Contribution, Option, StrainPlaces, family, member_cells, member_options
 from femflex.fem.mesh_warnings import warn_of_curved_sides
-from femflex.fem.option import Option, member_options
 from femflex.fem.plate.blocks import LocalDofs, PlateInertia, mass_points
-from femflex.fem.plate.dof_map import flat_map, member_section
-from femflex.fem.plate.elastic import OPTIONS, initial_stress, ply_stiffness, section_stiffness
-from femflex.fem.plate.frames import plane_frames, plane_normals, shared_axes
+from femflex.fem.plate.frames import (
+    OPTIONS,
+    initial_stress,
+    plane_frames,
+    plane_normals,
+    ply_stiffness,
+    section_stiffness,
+    shared_axes,
+)
+from femflex.fem.plate.sides import flat_map, member_section
 from femflex.fem.plate.skin import plate_skin
 from femflex.fem.plate.strain import PlateStrain, ThinPlates
 from femflex.fem.sections.laminates import PlateSection

@@ -1,6 +1,5 @@
 """Materials, beam sections and lay-ups of plates."""
 
-from femflex.fem.sections.full import FullSection as FullSection
 from femflex.fem.sections.laminates import Lamina as Lamina
 from femflex.fem.sections.laminates import PlateSection as PlateSection
 from femflex.fem.sections.laminates import Ply as Ply
@@ -17,3 +16,4 @@ from femflex.fem.sections.library import Rectangle as Rectangle
 from femflex.fem.sections.library import StiffnessSection as StiffnessSection
 from femflex.fem.sections.library import Tube as Tube
 from femflex.fem.sections.materials import Material as Material
+from femflex.fem.sections.named import FullSection as FullSection

@@ -13,14 +13,18 @@ from skfem.refdom import RefTri
 
 from femflex.arrays import Array, BoolArray, IntArray
 from femflex.fem.assembly.numbering import Numbering
-from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
-from femflex.fem.limits import FOLDED_SHELL, WARPED_SHELL
-from femflex.fem.mesh_warnings import element_text, warn_if_coarse, warn_of_constant_strain, warn_of_trapezoids
-from femflex.fem.option import Option, Options, member_options
-from femflex.fem.plate.dof_map import member_section
-from femflex.fem.plate.elastic import OPTIONS as PLATE_OPTIONS
-from femflex.fem.plate.elastic import force_and_free_strain
-from femflex.fem.plate.frames import plane_frames
+from femflex.fem.family import Contribution, Option, Options, StrainPlaces, family, member_cells, member_options
+from femflex.fem.mesh_warnings import (
+    FOLDED_SHELL,
+    WARPED_SHELL,
+    element_text,
+    warn_if_coarse,
+    warn_of_constant_strain,
+    warn_of_trapezoids,
+)
+from femflex.fem.plate.frames import OPTIONS as PLATE_OPTIONS
+from femflex.fem.plate.frames import force_and_free_strain, plane_frames
+from femflex.fem.plate.sides import member_section
 from femflex.fem.sections.laminates import PlateSection
 from femflex.fem.shell.blocks import ALL_ELEMENTS, ShellInertia, ShellStrain, strain_maps
 from femflex.fem.shell.fields import ShellGeometry, areas, gradient_rows

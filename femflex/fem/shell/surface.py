@@ -17,9 +17,8 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from femflex.arrays import Array, IntArray
-from femflex.fem.family import SkinPart
+from femflex.fem.family import SkinPart, member_options
 from femflex.fem.formula import formula_of_position
-from femflex.fem.option import member_options
 from femflex.mesh.cells import CELL_TYPES
 
 if TYPE_CHECKING:

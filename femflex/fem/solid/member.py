@@ -15,15 +15,23 @@ import numpy as np
 
 from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
-from femflex.fem.family import Contribution, SkinPart, StrainPlaces, family, member_cells
-from femflex.fem.limits import MISPLACED_NODE
+from femflex.fem.family import (
+    Contribution,
+    Option,
+    Options,
+    SkinPart,
+    StrainPlaces,
+    family,
+    member_cells,
+    member_options,
+)
 from femflex.fem.mesh_warnings import (
+    MISPLACED_NODE,
     warn_of_curved,
     warn_of_first_order,
     warn_of_incompressible,
     warn_of_tapered,
 )
-from femflex.fem.option import Option, Options, member_options
 from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic, elasticity, material_axes
 from femflex.fem.solid.blocks import (
     CELLS,

@@ -9,11 +9,18 @@ import numpy as np
 
 from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
-from femflex.fem.family import Contribution, SkinPart, StrainPlaces, family, member_cells
-from femflex.fem.option import Option, Options, member_options
-from femflex.fem.plate.dof_map import member_section
-from femflex.fem.plate.elastic import initial_stress, section_stiffness
-from femflex.fem.plate.frames import plane_frames, plane_normals
+from femflex.fem.family import (
+    Contribution,
+    Option,
+    Options,
+    SkinPart,
+    StrainPlaces,
+    family,
+    member_cells,
+    member_options,
+)
+from femflex.fem.plate.frames import initial_stress, plane_frames, plane_normals, section_stiffness
+from femflex.fem.plate.sides import member_section
 from femflex.fem.plate.triangles import area_points, inplane_gradients, inplane_shapes
 from femflex.fem.tables import DenseInertia
 from femflex.fem.tension.strain import TensionStrain, interpolated_skin, least_squares

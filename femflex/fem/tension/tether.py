@@ -14,9 +14,17 @@ from skfem.refdom import RefLine
 
 from femflex.arrays import Array, IntArray
 from femflex.fem.assembly.numbering import Numbering
-from femflex.fem.family import Contribution, SkinPart, StrainPlaces, family, member_cells
+from femflex.fem.family import (
+    Contribution,
+    Option,
+    Options,
+    SkinPart,
+    StrainPlaces,
+    family,
+    member_cells,
+    member_options,
+)
 from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_length
-from femflex.fem.option import Option, Options, member_options
 from femflex.fem.sections.library import Shape
 from femflex.fem.tables import DenseInertia
 from femflex.fem.tension.strain import TensionStrain, interpolated_skin, least_squares

@@ -18,7 +18,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.fem.structure import Structure
-from femflex.reduction.boundary.clamps import free_dofs
+from femflex.reduction.boundary.rigid import free_dofs
 from femflex.reduction.boundary.supported import solve_tangent
 from femflex.reduction.modes.vibration import ModeSet
 

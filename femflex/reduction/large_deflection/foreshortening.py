@@ -1,4 +1,4 @@
-"""Foreshortening of the lowest shape of a body, by which axial loads stiffen it; linear strain leaves it out."""
+"""Second-order effects of single shapes that linear strain leaves out: foreshortening, hardening and softening."""
 
 from __future__ import annotations
 

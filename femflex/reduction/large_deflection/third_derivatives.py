@@ -18,7 +18,7 @@ import numpy as np
 from femflex.arrays import Array
 from femflex.fem.plate.strain import PlateStrain
 from femflex.fem.structure import Structure
-from femflex.reduction.boundary.clamps import free_dofs
+from femflex.reduction.boundary.rigid import free_dofs
 from femflex.reduction.large_deflection.bent_states import over_mass, state_at_amplitudes, state_energy
 from femflex.reduction.large_deflection.derivatives import outside_set, scaled_derivatives
 from femflex.reduction.limits import LARGEST_SHEET_DEFLECTION, SMALL_SHEET_DEFLECTION, WIDE_SHEET

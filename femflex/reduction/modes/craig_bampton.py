@@ -13,9 +13,8 @@ from scipy import linalg
 
 from femflex.arrays import Array, IntArray
 from femflex.fem.structure import Structure
-from femflex.reduction.boundary.clamps import Groups, held_dofs, names
 from femflex.reduction.boundary.markers import marker_rows
-from femflex.reduction.boundary.rigid import independent_columns, rigid_shapes
+from femflex.reduction.boundary.rigid import Groups, held_dofs, independent_columns, names, rigid_shapes
 from femflex.reduction.modes.vibration import ModeSet, fixed_modes, rigid_set, ritz, statically_condensed
 
 

@@ -18,7 +18,7 @@ from femflex.fem.deflected import deflected, tension_blocks
 from femflex.fem.internal_force import InternalForce
 from femflex.fem.structure import Structure
 from femflex.fem.tension.strain import PRINCIPAL, UNITS, TensionStrain
-from femflex.reduction.boundary.clamps import Groups, held_dofs
+from femflex.reduction.boundary.rigid import Groups, held_dofs
 from femflex.reduction.boundary.supported import factors, negative_pivots, supported
 from femflex.reduction.preload.loads import Loads, Preload, loads_of_preload
 from femflex.warning import warn_of_physics

@@ -8,8 +8,7 @@ from femflex.arrays import Array, IntArray
 from femflex.fem.deflected import tension_blocks, with_settled_stress
 from femflex.fem.structure import Structure
 from femflex.fem.tables import StrainBlock
-from femflex.reduction.boundary.clamps import Groups, held_dofs
-from femflex.reduction.boundary.rigid import RIGID
+from femflex.reduction.boundary.rigid import RIGID, Groups, held_dofs
 from femflex.reduction.boundary.supported import unstressed
 from femflex.reduction.limits import LEAST_REMAINING_STRESS, LOST_BY_RELAXATION, MOVED_BY_RELAXATION, SMALL_STRAIN
 from femflex.reduction.modes.vibration import ModeSet

@@ -18,7 +18,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.body import MassMoments, rigid_body
-from femflex.case.stability import RATIOS
+from femflex.case.campbell import RATIOS
 from femflex.dynamics import compile_system
 from femflex.dynamics.linear.equations import linearised
 from femflex.dynamics.linear.equilibrium import EquilibriumError, rest_equilibrium

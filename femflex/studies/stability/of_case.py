@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from femflex.case import Case
-from femflex.case.stability import RATIOS, AxisTable, StabilityTable
+from femflex.case.campbell import RATIOS, AxisTable, StabilityTable
 from femflex.dynamics import compile_system
 from femflex.noun.problems import CaseError, Problem
 from femflex.studies.stability.chart import Chart, stability_chart
