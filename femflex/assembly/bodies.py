@@ -310,7 +310,9 @@ def _rigid_body(case: Case, table: RigidTable) -> FlexibleBody:
         J = J - table.imbalance.dynamic * (np.eye(3)[[0]].T @ np.eye(3)[[2]] + np.eye(3)[[2]].T @ np.eye(3)[[0]])
         J = J - table.mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
         centre = centre + offset
-    markers = {name: Marker.at(np.array(entry.position or (0.0, 0.0, 0.0))) for name, entry in table.markers.items()}
+    markers = {
+        name: Marker.at_position(np.array(entry.position or (0.0, 0.0, 0.0))) for name, entry in table.markers.items()
+    }
     return rigid_body(table.mass, J, centre, markers, rigid_skin(case, table))
 
 

@@ -123,7 +123,7 @@ class FlexibleBody(Summarised):
                     f"a body with {n_shapes} shapes needs (3, {n_shapes})"
                 )
         if "origin" not in self.markers:
-            self.markers["origin"] = Marker.at(np.zeros(3), n_modes=n_shapes)
+            self.markers["origin"] = Marker.at_position(np.zeros(3), n_modes=n_shapes)
 
     @property
     def n_modes(self) -> int:

@@ -32,7 +32,7 @@ class Marker(Summarised):
     stretch: Array = field(default_factory=lambda: np.zeros((3, 4, 3)))
 
     @classmethod
-    def at(cls, position: Array, orientation: Array | None = None, n_modes: int = 0) -> Marker:
+    def at_position(cls, position: Array, orientation: Array | None = None, n_modes: int = 0) -> Marker:
         """A marker at a position (3,) [m] with axes C_BM (3, 3) that does not move with the elastic coordinates."""
         zero = np.zeros((3, n_modes))
         return cls(np.asarray(position, float), zero, zero, np.eye(3) if orientation is None else orientation)

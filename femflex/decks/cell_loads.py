@@ -40,7 +40,7 @@ def on_line(build: Builder, cell: Cell, force_per_length: Array, bends: bool) ->
         for ends in pairwise(chain)
     ]
     loads = StaticLoads.combined((1.0, part) for part in parts)
-    return loads if bends else StaticLoads.at(loads.points, loads.forces)
+    return loads if bends else StaticLoads.at_points(loads.points, loads.forces)
 
 
 def on_face(build: Builder, cell: Cell, corners: Sequence[int], load: ArrayLike) -> StaticLoads:

@@ -32,7 +32,9 @@ class StaticLoads:
     acceleration: Array = field(default_factory=lambda: np.zeros(3))
 
     @classmethod
-    def at(cls, points: Sequence[int] | IntArray, forces: ArrayLike = 0.0, torques: ArrayLike = 0.0) -> StaticLoads:
+    def at_points(
+        cls, points: Sequence[int] | IntArray, forces: ArrayLike = 0.0, torques: ArrayLike = 0.0
+    ) -> StaticLoads:
         """Forces [N] and torques [N m], each (k, 3) or (3,) for all, at points."""
         vectors = [np.broadcast_to(np.asarray(value, float), (len(points), 3)) for value in (forces, torques)]
         return cls(np.array(points, np.int64), *vectors)
@@ -69,7 +71,7 @@ class StaticLoads:
         span = x[1] - x[0]
         length = float(np.linalg.norm(span))
         moment = np.cross(span, force_per_length) * length / 12
-        return cls.at(ends, force_per_length * length / 2, np.stack([moment, -moment]))
+        return cls.at_points(ends, force_per_length * length / 2, np.stack([moment, -moment]))
 
     @classmethod
     def combined(cls, parts: Iterable[tuple[float, StaticLoads]]) -> StaticLoads:

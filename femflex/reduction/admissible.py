@@ -274,7 +274,7 @@ def _marker(beam: UniformBeam, functions: BeamFunctions, end: int, X: Array, sin
     xi = np.array([float(end)])
     position = _section_points(beam, xi, np.zeros((1, 3)))[0]
     if ends_of(functions.ends)[end] == "clamped":
-        return Marker.at(position, n_modes=X.shape[1])
+        return Marker.at_position(position, n_modes=X.shape[1])
     centre, turn = _section_motion(beam, functions, xi)
     return Marker(position, centre[0] @ X, turn[0] @ X, axis=beam.frame[0] if sines else np.zeros(3))
 

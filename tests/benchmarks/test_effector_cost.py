@@ -20,7 +20,7 @@ def with_effectors(system, count):
     from dataclasses import replace
 
     root = system.root
-    marker = Marker.at(np.array([0.3, 0.2, 0.1]), n_modes=system.bodies[root].n_shapes)
+    marker = Marker.at_position(np.array([0.3, 0.2, 0.1]), n_modes=system.bodies[root].n_shapes)
     body = replace(system.bodies[root], markers={**system.bodies[root].markers, "place": marker})
     axes = np.random.default_rng(1).normal(size=(2 * count, 3))
     wheels = [reaction_wheel(f"w{k}", root, 1e-6, marker="place", axis=axes[k], torque=1e-9) for k in range(count)]

@@ -28,8 +28,8 @@ def triangle(length, functions=None, delta=None, **more):
     boom = deploying_line(line, functions, length, until=2.0, stock=2.4)
     inertia = MASS * ROD**2 / 12
     bar = rigid_body(MASS, np.diag([1e-3, inertia, inertia]), center_of_mass=(ROD / 2, 0, 0),
-                     markers={"end": Marker.at(np.array([ROD, 0.0, 0.0]))})  # fmt: skip
-    plate = rigid_body(1.0, np.eye(3), markers={"far": Marker.at(np.array([BASE, 0.0, 0.0]))})
+                     markers={"end": Marker.at_position(np.array([ROD, 0.0, 0.0]))})  # fmt: skip
+    plate = rigid_body(1.0, np.eye(3), markers={"far": Marker.at_position(np.array([BASE, 0.0, 0.0]))})
     a, b = angles(1.2)
     joints = (
         weld("plate"),

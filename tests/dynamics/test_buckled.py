@@ -46,7 +46,7 @@ def test_buckled_column_of_segments_matches_elastica(angle, error):
 
 def test_inverted_pendulums_end_hanging():
     """Two rods under their weight, upright within 1e-9: both hang in the end."""
-    rod = rigid_body(2.0, np.diag([0.01, 0.2, 0.2]), [0.5, 0, 0], markers={"end": Marker.at([1.0, 0, 0])})
+    rod = rigid_body(2.0, np.diag([0.01, 0.2, 0.2]), [0.5, 0, 0], markers={"end": Marker.at_position([1.0, 0, 0])})
     joints = (
         revolute("upper", axis=[0, 1, 0], q0=[-np.pi / 2]),
         revolute("lower", "upper", axis=[0, 1, 0], parent_marker="end"),

@@ -75,7 +75,7 @@ def test_column_buckles_at_euler_load(share, stable):
 
 def craft(pitch: float) -> System:
     """The Orbiter of VALIDATION row D, pitched."""
-    axes = Marker.at(np.zeros(3), np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]]))
+    axes = Marker.at_position(np.zeros(3), np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]]))
     body = rigid_body(79710.0, np.diag([8286760.0, 8646050.0, 1091430.0]), markers={"nominal": axes})
     start = quaternion_from_dcm(dcm_from_angles([pitch, 0.1, -0.1], "xzy"))
     return System(
@@ -106,7 +106,7 @@ def test_sprung_rod_on_spinning_hub_matches_scalar_equation():
     m, J, arm, R, k, rest, rate = 2.0, np.diag([0.02, 0.5, 0.5]), 1.2, 0.7, 40.0, -0.6, 3.0
     rod = rigid_body(m, J, [arm, 0, 0])
     joints = (weld("hub"), revolute("rod", "hub", axis=[0, 1, 0], parent_marker="rim", stiffness=[k], rest=[rest]))
-    hub = rigid_body(10.0, np.eye(3), markers={"rim": Marker.at([R, 0, 0])})
+    hub = rigid_body(10.0, np.eye(3), markers={"rim": Marker.at_position([R, 0, 0])})
     found = equilibrium(System({"hub": hub, "rod": rod}, joints, frame=Frame("spinning", np.array([0, 0, rate]))))
 
     def moment(angle, step=1e-5):
@@ -213,7 +213,7 @@ def test_sprung_four_bar_rests_at_least_energy(spin):
 
 def clamped(k, end, push=0.0):
     """The beam of k segments, welded at its root, its tip held by a cut joint; pushed along its axis."""
-    wall = rigid_body(1.0, np.eye(3), markers={"far": Marker.at([LENGTH, 0, 0])})
+    wall = rigid_body(1.0, np.eye(3), markers={"far": Marker.at_position([LENGTH, 0, 0])})
     load = Load("push", "beam", "tip", frame="inertial", force=np.array([-push, 0, 0]))
     joints = [weld("wall"), weld("beam", "wall", child_marker="root")]
     return assembled({"wall": wall, "beam": beam(k)}, joints, [load], loops=[end])
@@ -254,7 +254,7 @@ def test_beam_clamped_at_both_ends_buckles_at_exact_load():
 
 def test_statically_indeterminate_beam_reactions():
     """A beam clamped at both ends under a force F across its middle sags F L^3 / (192 EI)."""
-    wall = rigid_body(1.0, np.eye(3), markers={"far": Marker.at([LENGTH, 0, 0])})
+    wall = rigid_body(1.0, np.eye(3), markers={"far": Marker.at_position([LENGTH, 0, 0])})
     joints = [weld("wall"), weld("beam", "wall", child_marker="root")]
     load = Load("weight", "beam.4", FAR_END, frame="inertial", force=np.array([0, 0, -1.0]))
     system = assembled({"wall": wall, "beam": beam(8)}, joints, loops=[weld(**FAR)])

@@ -28,13 +28,13 @@ def undamped(n, seed):
     """A random body with n shapes of 3 rad/s and no damping, one marker that moves and one that does not."""
     body, _ = random_body(np.random.default_rng(seed), n)
     stiffness = StrainTensors.linear(9.0 * body.moments.elastic_mass())
-    markers = {"tip": body.markers["a"], "end": Marker.at(body.markers["b"].position, n_modes=n)}
+    markers = {"tip": body.markers["a"], "end": Marker.at_position(body.markers["b"].position, n_modes=n)}
     return FlexibleBody(body.moments, stiffness, np.zeros((n, n)), markers)
 
 
 def craft(root, **more):
     """A hub with a welded flexible body, and a second one that turns freely on the first one's moving node."""
-    hub = rigid_body(9.0, np.diag([3.0, 5.0, 4.0]), markers={"side": Marker.at([0.7, 0, 0])})
+    hub = rigid_body(9.0, np.diag([3.0, 5.0, 4.0]), markers={"side": Marker.at_position([0.7, 0, 0])})
     bodies = {"hub": hub, "arm": undamped(5, 0), "leaf": undamped(3, 1)}
     where = {"parent_marker": "tip", "child_marker": "end"}
     joints = (
@@ -68,7 +68,7 @@ def test_chain_of_rods_conserves_energy_and_momenta():
     """Ten rods on ball joints, thrown: energy and momenta to ten digits although they tangle."""
     n, half = 10, 0.5
     thin = np.diag([1e-3, 1 / 12, 1 / 12])
-    ends = {"head": Marker.at([-half, 0, 0]), "tail": Marker.at([half, 0, 0])}
+    ends = {"head": Marker.at_position([-half, 0, 0]), "tail": Marker.at_position([half, 0, 0])}
     bodies = {f"rod{k}": rigid_body(1.0, thin, markers=ends) for k in range(n)}
     joints = [free("rod0", u0=[0.1, 0.2, -0.1, 0.0, 0.4, -0.3])]
     for k in range(1, n):

@@ -23,7 +23,9 @@ def wing(latches=True, n=3, damping=0.0, **latch):
         body = random_body(rng, n)[0]
         tip = Marker(np.array([1.0, 0.2, 0.1]), 0.1 * rng.normal(size=(3, n)), 0.1 * rng.normal(size=(3, n)))
         panels.append(replace(body, damping=0.0 * body.damping, markers={**body.markers, "tip": tip}))
-    hub = rigid_body(30.0, np.diag([20.0, 30.0, 25.0]), [0.1, 0.2, 0.0], {"side": Marker.at(np.array([0.5, 0.3, 0.0]))})
+    hub = rigid_body(
+        30.0, np.diag([20.0, 30.0, 25.0]), [0.1, 0.2, 0.0], {"side": Marker.at_position(np.array([0.5, 0.3, 0.0]))}
+    )
     at = {"latches": (Latch(0, 0.4, **latch),)} if latches else {}
     second = {"latches": (Latch(0, -0.3),)} if latches else {}
     root = free("hub", u0=[0.01, -0.02, 0.03, 0.05, -0.04, 0.02])

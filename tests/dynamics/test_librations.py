@@ -15,7 +15,9 @@ NOMINAL = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])  # body axes x, y, z alo
 
 def orbiter(angles=(0.0, 0.0, 0.0), rotation="euler_parameters", **orbit):
     """The Orbiter with flight, normal and vertical on its x, y, z axes, turned by (pitch, roll, yaw)."""
-    body = rigid_body(79710.0, np.diag([ROLL, PITCH, YAW]), markers={"nominal": Marker.at(np.zeros(3), NOMINAL)})
+    body = rigid_body(
+        79710.0, np.diag([ROLL, PITCH, YAW]), markers={"nominal": Marker.at_position(np.zeros(3), NOMINAL)}
+    )
     start = np.asarray(angles) if rotation == "xzy" else quaternion_from_dcm(dcm_from_angles(angles, "xzy"))
     joint = spherical("orbiter", child_marker="nominal", rotation=rotation, q0=start)
     path = Orbit(perigee_altitude=331e3, **orbit)

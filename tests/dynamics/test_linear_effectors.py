@@ -33,7 +33,7 @@ def controlled(stiffness=2.0, damping=1.5, beam=None):
     star, gyro = Sensor("star", "attitude", "hub"), Sensor("gyro", "rate", "hub")
     law = Pd(inputs=["star.z", "gyro.z"], outputs=["torque"], stiffness=-stiffness, damping=-damping).controller("law")
     wheel = reaction_wheel("w", "hub", 0.5, torque="law.torque")
-    bodies = {"hub": rigid_body(20.0, J, markers={"east": Marker.at(np.array([0.4, 0.0, 0.0]))})}
+    bodies = {"hub": rigid_body(20.0, J, markers={"east": Marker.at_position(np.array([0.4, 0.0, 0.0]))})}
     joints = [free("hub")]
     if beam is not None:
         bodies["beam"] = beam
@@ -86,7 +86,7 @@ def test_poles_with_beam_and_controller_are_those_of_state_matrix():
 def test_linear_model_with_effectors_is_derivative_of_rate():
     """At an instant of a tumbling flexible craft, against differences of the compiled rate by other steps."""
     boom = with_attached(random_body(np.random.default_rng(3), 2)[0], "c", 0.5, np.zeros((3, 3)))
-    hub = rigid_body(20.0, J, markers={"nozzle": Marker.at(np.array([-0.4, 0.1, 0.0]))})
+    hub = rigid_body(20.0, J, markers={"nozzle": Marker.at_position(np.array([-0.4, 0.1, 0.0]))})
     gyro = Sensor("gyro", "rate", "hub")
     smooth = LowPass(inputs=["gyro.y"], outputs=["torque"], frequency=0.8, order=2).controller("filter")
     wheel = reaction_wheel("w", "hub", 0.5, axis=(0, 1, 0), torque="filter.torque", viscous=0.01, initial_speed=3.0)

@@ -16,7 +16,7 @@ TABLE = {"times": np.array([1.0, 2.0, 2.0, 4.0]), "force": np.array([[0, 0, 1.0]
 def block(*loads, mass=4.0, inertia=(2.0, 2.0, 2.0), **more):
     """A free rigid body with these loads, its marker off the centre and turned."""
     axes = Rotation.from_euler("XYZ", [0.3, -0.5, 0.9]).as_matrix()
-    markers = {"pad": Marker.at([0.5, -0.2, 0.3], axes)}
+    markers = {"pad": Marker.at_position([0.5, -0.2, 0.3], axes)}
     body = rigid_body(mass, np.diag(inertia), markers=markers)
     return compile_system(System({"block": body}, (more.pop("joint", free("block")),), loads=loads, **more))
 

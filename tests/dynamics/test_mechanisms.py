@@ -118,10 +118,10 @@ def test_rolling_disc_conserves_energy():
 
 
 def test_loop_reaction_of_pendulum():
-    anchor = rigid_body(1.0, np.eye(3), markers={"nail": Marker.at([0, 0, 2.0])})
+    anchor = rigid_body(1.0, np.eye(3), markers={"nail": Marker.at_position([0, 0, 2.0])})
     weight = Load("weight", "rod", "middle", "inertial", force=[0, -9.81, 0])
     rod = bar(1.0)
-    rod.markers["middle"] = Marker.at([0.5, 0, 0])
+    rod.markers["middle"] = Marker.at_position([0.5, 0, 0])
     start = free("rod", q0=[0, 0, 2.0, np.cos(0.3), 0, 0, np.sin(0.3)], u0=[0, 0, 0, 0, 0, 2.0])
     system = System(
         {"anchor": anchor, "rod": rod},
@@ -233,7 +233,7 @@ def test_contradicting_motions_stop_the_run_at_their_instant(method):
     "masses", [(1e4, 1.0, 1e-6), (1e6, 1e-6, 1.0), (1e-12, 1.0, 1.0), (1e-3, 1.0, 1e6), (1e4, 1.0, 1e-9)]
 )
 def test_four_bar_with_extreme_mass_ratios(masses):
-    bodies = {"ground": rigid_body(1.0, np.eye(3), markers={"pivot": Marker.at([2, 0, 0])})}
+    bodies = {"ground": rigid_body(1.0, np.eye(3), markers={"pivot": Marker.at_position([2, 0, 0])})}
     for name, a, m in zip(("crank", "coupler", "rocker"), (0.5, 2, 1.2), masses, strict=True):
         bodies[name] = planar(m, m * a**2 / 12, (a / 2, 0), end=(a, 0))
     joints = (
@@ -258,7 +258,7 @@ THIRD = 1.0 / 3.0
 def three_cranks(length=THIRD, play=0.0, start=0.4, speed=2.0, **more):
     """A parallelogram with a third crank in between, of that length: exactly a third, it moves as one of two does."""
     base, crank = [0.0, 0.25, 1.0], [THIRD, length, THIRD]
-    marks = {f"p{k}": Marker.at([x, 0, 0]) for k, x in enumerate(base)}
+    marks = {f"p{k}": Marker.at_position([x, 0, 0]) for k, x in enumerate(base)}
     coupler = rigid_body(1.0, np.diag([1e-3, 0.1, 0.1]), [0.5, 0, 0], marks)
     bodies = {"ground": rigid_body(1.0, np.eye(3), markers=marks), "coupler": coupler}
     bodies |= {f"crank{k}": bar(crank[k], 0.5) for k in range(3)}

@@ -215,7 +215,10 @@ def test_displacement_of_hinged_panel_includes_joints():
     rng = np.random.default_rng(7)
     panel, _ = random_body(rng, 3)
     here = Rotation.from_rotvec([0.3, -0.2, 0.9])
-    markers = {"arm": Marker.at([0.5, 0.1, 0.0], here.as_matrix()), "corner": Marker.at([1.0, 1.0, 0.0])}
+    markers = {
+        "arm": Marker.at_position([0.5, 0.1, 0.0], here.as_matrix()),
+        "corner": Marker.at_position([1.0, 1.0, 0.0]),
+    }
     bodies = {"hub": rigid_body(10.0, np.eye(3), markers=markers), "panel": panel}
     joints = (
         free("hub", rotation="intrinsic xyz", name="craft"),

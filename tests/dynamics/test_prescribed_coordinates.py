@@ -22,7 +22,7 @@ def crane(motion=(), torque=0.0, n=2):
         30.0,
         np.diag([20.0, 30.0, 25.0]),
         center_of_mass=[0.1, 0.2, 0.0],
-        markers={"side": Marker.at(np.array([0.5, 0.3, 0.0]))},
+        markers={"side": Marker.at_position(np.array([0.5, 0.3, 0.0]))},
     )
     loads = tuple(
         Load(name, body, frame="inertial", torque=np.array([0, 0, sign * torque]))

@@ -31,7 +31,7 @@ def momenta(model, x, body):
 
 
 def with_middle(body):
-    return replace(body, markers={**body.markers, "middle": Marker.at(body.moments.center_of_mass())})
+    return replace(body, markers={**body.markers, "middle": Marker.at_position(body.moments.center_of_mass())})
 
 
 def chain():

@@ -26,7 +26,7 @@ def tumbling(rotation="euler_parameters", rebase=False, C=START, u0=TUMBLE):
     """A craft whose flexible panel bends while it tumbles, free, turned by C at t = 0."""
     rng = np.random.default_rng(5)
     panel, _ = random_body(rng, 3)
-    hub = rigid_body(8.0, np.diag([5.0, 7.0, 9.0]), markers={"side": Marker.at(np.array([0.4, 0.1, 0.0]))})
+    hub = rigid_body(8.0, np.diag([5.0, 7.0, 9.0]), markers={"side": Marker.at_position(np.array([0.4, 0.1, 0.0]))})
     q0 = [0.0, 0.0, 0.0, *ball_coordinates(rotation, "xyz", Rotation.from_matrix(C).as_euler("XYZ"), rebase)]
     joints = (
         free("hub", rotation=rotation, rebase=rebase, q0=q0, u0=u0),

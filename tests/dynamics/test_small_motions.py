@@ -106,7 +106,7 @@ BEAM = UniformBeam(1.0, EA=1e4, EIy=10.0, EIz=1.0, GJ=10.0, mass_per_length=1.0,
 
 
 def hub_and_beam(r: float, J: float, m: float, pinned: bool) -> System:
-    hub = rigid_body(m, J * np.eye(3), markers={"rim": Marker.at([r, 0.0, 0.0])})
+    hub = rigid_body(m, J * np.eye(3), markers={"rim": Marker.at_position([r, 0.0, 0.0])})
     beam = beam_body(BEAM, BeamFunctions(y=10, z=0, axial=0, torsion=0))
     root = revolute("hub") if pinned else free("hub")
     return System({"hub": hub, "beam": beam}, (root, weld("beam", "hub", parent_marker="rim", child_marker="root")))
@@ -141,7 +141,7 @@ def test_damping_ratio_of_joint():
 
 def test_libration_frequencies_by_axis():
     """VALIDATION row D: pitch 1.5801 n, roll and yaw 1.9266 and 0.5687 n."""
-    axes = Marker.at(np.zeros(3), np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]]))
+    axes = Marker.at_position(np.zeros(3), np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]]))
     body = rigid_body(79710.0, np.diag([8286760.0, 8646050.0, 1091430.0]), markers={"nominal": axes})
     joint = spherical("craft", child_marker="nominal")
     orbit = Orbit(perigee_altitude=331e3, true_anomaly=1.0, inclination=0.7)

@@ -98,8 +98,10 @@ ALL = (PILOT, DRAG, THRUSTER, SPRING, OUTPUT)
 
 
 def hub(mass=20.0):
-    place = Marker.at(np.array([-0.2, 0.1, 0.0]))
-    return rigid_body(mass, np.diag([3.0, 4.0, 5.0]), markers={"origin": Marker.at(np.zeros(3)), "nozzle": place})
+    place = Marker.at_position(np.array([-0.2, 0.1, 0.0]))
+    return rigid_body(
+        mass, np.diag([3.0, 4.0, 5.0]), markers={"origin": Marker.at_position(np.zeros(3)), "nozzle": place}
+    )
 
 
 def craft(effectors=ALL):
@@ -213,7 +215,7 @@ def tank(t, z, numbers, block):
 def test_varying_mass_by_state_matches_tsiolkovsky(name):
     """dv = v_e ln(m_0 / m) of a craft whose mass is a state of its thruster."""
     dry, full, exit_speed = 3.0, 2.0, 25.0
-    marker = {"origin": Marker.at(np.zeros(3)), "nozzle": Marker.at(np.zeros(3))}
+    marker = {"origin": Marker.at_position(np.zeros(3)), "nozzle": Marker.at_position(np.zeros(3))}
     craft = rigid_body(dry + full, np.eye(3) * (dry + full), markers=marker)
     block = Block(craft, ("mass",))
     unit = np.zeros(block.size)

@@ -55,9 +55,9 @@ def test_jet_damping_of_a_spinning_rocket():
     whose nozzle lies at e and whose tank at b from the origin, which the body is held at)."""
     push, full, e, b, k = 40.0, 1.0, 1.5, 0.4, 0.3
     markers = {
-        "nozzle": Marker.at(np.array([-e, 0.0, 0.0])),
-        "tank": Marker.at(np.array([-b, 0.0, 0.0])),
-        "origin": Marker.at(np.zeros(3)),
+        "nozzle": Marker.at_position(np.array([-e, 0.0, 0.0])),
+        "tank": Marker.at_position(np.array([-b, 0.0, 0.0])),
+        "origin": Marker.at_position(np.zeros(3)),
     }
     body = rigid_body(10.0, np.diag([2.0, 6.0, 6.0]), markers=markers)
     jet = thruster("jet", "hub", push, marker="nozzle", profile=([0.0], [1.0]), specific_impulse=ISP,
@@ -76,7 +76,7 @@ def test_jet_damping_of_a_spinning_rocket():
 def fed_across_bodies(u0):
     """A flexible craft in free flight with a tank on its boom and a nozzle on its hub, and u0 of the hub."""
     boom = with_attached(random_body(np.random.default_rng(3), 2)[0], "c", 0.5, np.zeros((3, 3)))
-    markers = {"nozzle": Marker.at(np.array([-0.4, 0.1, 0.0])), "origin": Marker.at(np.zeros(3))}
+    markers = {"nozzle": Marker.at_position(np.array([-0.4, 0.1, 0.0])), "origin": Marker.at_position(np.zeros(3))}
     hub = rigid_body(20.0, np.diag([3.0, 4.0, 5.0]), markers=markers)
     jet = thruster("jet", "hub", 3.0, marker="nozzle", axis=(1, 0.2, 0), profile=([0.0], [1.0]),
                    specific_impulse=ISP, supply=Supply("tank", "boom", "c"))  # fmt: skip
@@ -126,7 +126,7 @@ def test_pulse_on_beam_tip_matches_modal_solution():
 def test_separation_by_spring_conserves_momentum():
     """A body that is locked to another until 0.3 s, then pushed off: momentum, and the closed form of the spring."""
     k, length, m1, m2 = 50.0, 0.2, 3.0, 1.0
-    base = rigid_body(m1, np.eye(3), markers={"top": Marker.at(np.zeros(3))})
+    base = rigid_body(m1, np.eye(3), markers={"top": Marker.at_position(np.zeros(3))})
     top = rigid_body(m2, np.eye(3) * 0.2)
     latches = tuple(Latch(i, [0.1, 0, 0, 0, 0, 0][i], opens=0.3) for i in range(6))
     free_after = turns("top", "base", slides=np.eye(3), q0=np.array([0.1, 0, 0, 0, 0, 0]), latches=latches)
@@ -147,7 +147,7 @@ def test_separation_by_spring_conserves_momentum():
 
 def test_release_without_spring_conserves_momentum():
     """An arm's end body keeps the velocity that it has when it is let go."""
-    arm = rigid_body(3.0, np.eye(3), markers={"end": Marker.at(np.array([1.0, 0, 0]))})
+    arm = rigid_body(3.0, np.eye(3), markers={"end": Marker.at_position(np.array([1.0, 0, 0]))})
     ball = rigid_body(1.0, np.eye(3) * 0.1)
     latches = tuple(Latch(i, 0.0, opens=1.0) for i in range(6))
     joints = (

@@ -30,7 +30,9 @@ def run(system, end, n=41, method=FINE):
 
 
 def hub(inertia=J, **markers):
-    tilted = Marker.at(np.array([0.2, -0.1, 0.3]), np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
+    tilted = Marker.at_position(
+        np.array([0.2, -0.1, 0.3]), np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    )
     return rigid_body(20.0, inertia, markers={"tilted": tilted, **markers})
 
 
@@ -138,7 +140,7 @@ def test_unbalanced_rotor_bearing_force():
     rotor = unbalanced_rotor(mass, 0.02, 0.015, Us, Ud)
     assert rotor.moments.first[0] == pytest.approx([Us, 0, 0])
     assert rotor.moments.inertia()[0, 2] == pytest.approx(-Ud)
-    post = rigid_body(1.0, np.eye(3), markers={"origin": Marker.at(np.zeros(3))})
+    post = rigid_body(1.0, np.eye(3), markers={"origin": Marker.at_position(np.zeros(3))})
     joints = (weld("post"), revolute("rotor", "post", name="axle", u0=[speed]))
     _, _, seen = run(System({"post": post, "rotor": rotor}, joints, reactions=True), 0.1, 11)
     angle = seen["q"][:, 0]
@@ -251,7 +253,7 @@ def test_three_unbalanced_wheels_turn_the_craft_as_published():
     for k, (speed, torque) in enumerate([(500, 0.2), (200, 0.1), (-150, -0.2)]):
         axis = np.eye(3)[k]
         across = np.array([[0, 0, 1], [0, 0, -1], [0, 1, 0]])[k]
-        markers[f"w{k}"] = Marker.at(0.1 * axis, np.column_stack([axis, across, np.cross(axis, across)]))
+        markers[f"w{k}"] = Marker.at_position(0.1 * axis, np.column_stack([axis, across, np.cross(axis, across)]))
         joints.append(revolute(f"rotor{k}", "hub", (1, 0, 0), parent_marker=f"w{k}", u0=[speed * rpm]))
         for body, along in ((f"rotor{k}", np.eye(3)[0]), ("hub", -axis)):
             rows = np.outer([1, 1, 0, 0], torque * along)

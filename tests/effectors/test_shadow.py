@@ -168,7 +168,7 @@ def bent_strip():
     """A strip over a plate of the same size, at a height of one: bodies, joints, and amplitude of its tip."""
     panel = strip()
     ground = rigid_body(1.0, np.eye(3), skin=skin_of(flat(0, LENGTH, -WIDTH / 2, WIDTH / 2, 0)))
-    post = {"top": Marker.at(np.array([0.0, 0.0, 1.0]))}
+    post = {"top": Marker.at_position(np.array([0.0, 0.0, 1.0]))}
     bodies = {"ground": rigid_body(1.0, np.eye(3), skin=ground.skin, markers=post), "panel": panel}
     amplitude = np.array([TIP / panel.markers["tip"].phi[2, 0]])
     return bodies, [weld("ground"), weld("panel", "ground", parent_marker="top", child_marker="root")], amplitude

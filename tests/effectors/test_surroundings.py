@@ -361,7 +361,7 @@ def test_lift_and_drag_of_plate_and_tube(attitude, normal, tangential):
 
 def test_drag_lowers_a_free_orbit():
     """da per revolution = -2 pi C A / m rho a^2 for a circular orbit in still air of constant density."""
-    body = rigid_body(50.0, np.eye(3), markers={"middle": Marker.at(np.zeros(3))}, skin=ball(8))
+    body = rigid_body(50.0, np.eye(3), markers={"middle": Marker.at_position(np.zeros(3))}, skin=ball(8))
     orbit = Orbit(RADIUS + 400e3, free=True)
     air = Atmosphere(kind="atmosphere", density=4e-11, rotation=0.0)
     nouns = {"atmosphere": air, "skin": Surface(body="hub"), "air": AirDrag()}

@@ -43,7 +43,7 @@ INERTIA = 0.2 + 2.0 * 0.25  # of the arm about its hinge
 
 def pendulum(size: float, ride: Profile | float = 0.0) -> System:
     """A damped pendulum that begins `size` off its rest and is turned by as much of a torque; ride: of its hinge."""
-    arm = rigid_body(2.0, np.diag([0.1, 0.2, 0.2]), [0.5, 0, 0], {"end": Marker.at([1.0, 0.0, 0.0])})
+    arm = rigid_body(2.0, np.diag([0.1, 0.2, 0.2]), [0.5, 0, 0], {"end": Marker.at_position([1.0, 0.0, 0.0])})
     torque = size * np.outer([3.0, 6.0, -3.0, 0.0], [0.0, 0.0, 1.0])
     return System(
         {"cart": rigid_body(1.0, np.eye(3)), "arm": arm},
@@ -203,7 +203,7 @@ def test_verb_writes_both_runs(tmp_path):
 def test_nominal_state_is_undeformed_along_the_orbital_frame(orbital, rotation, along):
     """Places and joints stay as they start; so do attitudes of all but the root in orbit."""
     rng = np.random.default_rng(3)
-    hub = rigid_body(5.0, np.eye(3), markers={"a": Marker.at([0.1, 0.0, 0.0])})
+    hub = rigid_body(5.0, np.eye(3), markers={"a": Marker.at_position([0.1, 0.0, 0.0])})
     bodies = {"hub": hub, "one": random_body(rng, 2)[0], "two": random_body(rng, 3)[0]}
     turned = [0.8, 0.6, 0.0, 0.0] if len(along) == 4 else [0.4, -0.3, 0.2]
     position = [] if orbital else [1.0, 2.0, 3.0]

@@ -41,7 +41,7 @@ def oscillator(c2, c3):
     moments.second[1, 2, 1, 2] = 1.0
     strain = StrainTensors(np.eye(1), np.zeros(1), np.array([c2]), np.array([c3 / 2]))
     skin = Skin(np.zeros((1, 3)), {"vertex": np.array([[0]])}, np.array([[[0.0, 0.0, 1.0]]]))
-    return FlexibleBody(moments, strain, np.zeros((1, 1)), {"origin": Marker.at(np.zeros(3), n_modes=1)}, skin)
+    return FlexibleBody(moments, strain, np.zeros((1, 1)), {"origin": Marker.at_position(np.zeros(3), n_modes=1)}, skin)
 
 
 def test_duffing_oscillator_matches_elliptic_integral():

@@ -146,7 +146,7 @@ def oscillators(K, quartic):
     shapes[0, 0, 2] = shapes[1, 1, 2] = 1.0
     skin = Skin(np.array([[0.0, 0, 0], [1.0, 0, 0]]), {"vertex": np.array([[0], [1]])}, shapes)
     strain = StrainTensors(np.array(K, float), np.zeros(2), np.zeros(4), packed(V3))
-    origin = {"origin": Marker.at(np.zeros(3), n_modes=2)}
+    origin = {"origin": Marker.at_position(np.zeros(3), n_modes=2)}
     return FlexibleBody(MassMoments(1.0, first_moments, second_moments), strain, np.zeros((2, 2)), origin, skin)
 
 

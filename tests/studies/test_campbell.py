@@ -121,7 +121,7 @@ Z = 0.01
 
 def sprung_rod(rim: float, arm: float, stiffness: float, damping: float = 0.0) -> System:
     """A rod hinged for flap on the rim of a hub that spins."""
-    hub = rigid_body(10.0, np.eye(3), markers={"rim": Marker.at(np.array([rim, 0.0, 0.0]))})
+    hub = rigid_body(10.0, np.eye(3), markers={"rim": Marker.at_position(np.array([rim, 0.0, 0.0]))})
     rod = rigid_body(MASS, np.diag([0.02, 0.5, 0.5]), np.array([arm, 0.0, 0.0]))
     springs = {"stiffness": np.array([stiffness]), "damping": np.array([damping])}
     hinge = revolute("rod", "hub", (0, 1, 0), parent_marker="rim", **springs)

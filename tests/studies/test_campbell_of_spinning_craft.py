@@ -26,7 +26,7 @@ SPEEDS = np.array([0.0, 0.2, 0.5, 1.0])
 def turned_pair(C: np.ndarray) -> System:
     """A free hub with two booms along its y axis, everything but the mounting of the hub turned by C (3, 3)."""
     seats = {
-        name: Marker.at(C @ [0, 0.5 * side, 0], C @ np.array([[0, -side, 0], [side, 0, 0], [0, 0, 1.0]]))
+        name: Marker.at_position(C @ [0, 0.5 * side, 0], C @ np.array([[0, -side, 0], [side, 0, 0], [0, 0, 1.0]]))
         for name, side in (("north", 1.0), ("south", -1.0))
     }
     hub = rigid_body(50.0, C @ np.diag([20.0, 12.0, 25.0]) @ C.T, markers=seats)
@@ -96,7 +96,7 @@ def test_wobble_of_a_free_rigid_body():
 
 def test_free_hinge_swings_with_the_spin():
     """A rod on a free flap hinge at the rim of a driven hub: no branch at rest, sqrt(1 + ...) times the spin beyond."""
-    hub = rigid_body(10.0, np.eye(3), markers={"rim": Marker.at(np.array([0.7, 0.0, 0.0]))})
+    hub = rigid_body(10.0, np.eye(3), markers={"rim": Marker.at_position(np.array([0.7, 0.0, 0.0]))})
     rod = rigid_body(2.0, np.diag([0.02, 0.5, 0.5]), np.array([1.2, 0.0, 0.0]))
     system = System({"hub": hub, "rod": rod}, (weld("hub"), revolute("rod", "hub", (0, 1, 0), parent_marker="rim")))
     (branch,) = campbell(system, SPEEDS).branches

@@ -106,7 +106,7 @@ def test_shooting_finds_the_periodic_pitch_in_an_eccentric_orbit():
     assert floquet(system, period, x).stable
 
 
-SPAN = {"far": Marker.at([0.0, 0.0, 2.0])}
+SPAN = {"far": Marker.at_position([0.0, 0.0, 2.0])}
 
 
 def carts(damping: float = 0.0) -> System:

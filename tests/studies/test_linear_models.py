@@ -31,7 +31,7 @@ CLAMPED = np.array([brentq(lambda b: np.cos(b) * np.cosh(b) + 1, *ends) for ends
 
 def hub_and_beam(damping: float = 0.0, **more) -> System:
     """A hub on an axle at its centre with a unit beam 0.1 from it; damping: of the axle."""
-    hub = rigid_body(0.5, 0.1 * np.eye(3), markers={"rim": Marker.at([0.1, 0.0, 0.0])})
+    hub = rigid_body(0.5, 0.1 * np.eye(3), markers={"rim": Marker.at_position([0.1, 0.0, 0.0])})
     beam = beam_body(BEAM, BeamFunctions(y=8, z=0, axial=0, torsion=0))
     axle = revolute("hub", name="axle", damping=np.array([damping]))
     return System(
@@ -58,7 +58,7 @@ def test_zeros_are_the_frequencies_of_the_clamped_beam():
 
 def swinging(strength: float = 0.0) -> System:
     """A hinged arm with a beam under gravity, off its lowest place by a torque, and damped; the hinge rides a slide."""
-    arm = rigid_body(1.0, np.diag([0.1, 0.2, 0.2]), [0.3, 0, 0], {"end": Marker.at([0.6, 0.0, 0.0])})
+    arm = rigid_body(1.0, np.diag([0.1, 0.2, 0.2]), [0.3, 0, 0], {"end": Marker.at_position([0.6, 0.0, 0.0])})
     beam = beam_body(BEAM, BeamFunctions(y=2, z=0, axial=0, torsion=0), damping=Damping(0.02))
     return System(
         {"base": rigid_body(1.0, np.eye(3)), "arm": arm, "beam": beam},
@@ -177,7 +177,7 @@ SOFT_BEAM = UniformBeam(1.0, EA=1e4, EIy=10.0, EIz=7.0, GJ=10.0, mass_per_length
 def spinner(load: float = 0.6, effort: float = 0.0, gain: float = 0.0) -> System:
     """A ball-jointed hub with a beam under gravity, an accelerometer with a lag on it, and a sprung wheel."""
     hub = rigid_body(2.0, np.array([[0.5, 0.02, 0], [0.02, 0.4, 0.03], [0, 0.03, 0.6]]), [0.0, 0.02, 0.05])
-    hub = replace(hub, markers={**hub.markers, "rim": Marker.at([0.2, 0.1, 0.0], TURNED)})
+    hub = replace(hub, markers={**hub.markers, "rim": Marker.at_position([0.2, 0.1, 0.0], TURNED)})
     wheel = rigid_body(0.3, np.diag([0.02, 0.01, 0.01]))
     beam = beam_body(SOFT_BEAM, BeamFunctions(y=1, z=1, axial=0, torsion=0))
     gauge = Sensor("gauge", "acceleration", "hub", "rim", bandwidth=4.0, bias=np.array([gain, 0, 0]))

@@ -84,7 +84,7 @@ def test_spinner_with_axial_booms_has_its_critical_speed():
 
 def square_wave(stiff: float, slack: float, period: float, turns: int = 1) -> System:
     """A bar on a pin, pulled along x by a force that jumps between two values: Meissner's equation for small angles."""
-    bar = rigid_body(1.0, np.eye(3), markers={"tip": Marker.at([1.0, 0.0, 0.0])})
+    bar = rigid_body(1.0, np.eye(3), markers={"tip": Marker.at_position([1.0, 0.0, 0.0])})
     times = np.concatenate([[k, k + 0.5, k + 0.5, k + 1.0] for k in range(turns)]) * period
     pull = np.outer(np.tile([stiff, stiff, slack, slack], turns), [1.0, 0.0, 0.0])
     return System(
@@ -187,7 +187,7 @@ def test_soft_damped_booms_remove_the_region_of_debra_and_delp():
 def craft(spring: float = 0.0) -> System:
     """A hub off its own origin with a bar welded on askew, and where wanted a rotor on a spring."""
     turned = Rotation.from_rotvec([0.4, -0.7, 0.3]).as_matrix()
-    seat = Marker.at([0.7, -0.2, 0.4])
+    seat = Marker.at_position([0.7, -0.2, 0.4])
     seat = Marker(seat.position, np.zeros((3, 0)), np.zeros((3, 0)), turned)
     hub = rigid_body(200.0, np.array([[50.0, 1, 2], [1, 40, 0.5], [2, 0.5, 45]]), [0.1, 0.05, -0.08], {"seat": seat})
     bar = rigid_body(7.0, np.array([[3.0, 0.2, 0.1], [0.2, 1.0, 0.3], [0.1, 0.3, 3.2]]), [0.3, 0.6, -0.2])

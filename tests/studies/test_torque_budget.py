@@ -80,7 +80,7 @@ def test_light_on_a_free_craft_about_its_centre_of_mass():
         {"quad": np.array([[0, 1, 2, 3]])},
         np.zeros((0, 4, 3)),
     )
-    hub = rigid_body(10.0, INERTIA, markers={"side": Marker.at(np.array([0.0, 1.0, 0.5]))})
+    hub = rigid_body(10.0, INERTIA, markers={"side": Marker.at_position(np.array([0.0, 1.0, 0.5]))})
     sheet = rigid_body(2.0, np.diag([0.7, 0.2, 0.9]), np.array([0.5, 1.0, 0.0]), skin=plate)
     nouns = {"sun": Sun(kind="sun", direction=(0.6, 0, 0.8)), "skin": Surface(body="sheet"), "light": SolarPressure()}
     joints = [free("hub", u0=[0, 0.1, 0, 0.2, -0.1, 0.15]), weld("sheet", "hub", parent_marker="side")]

@@ -72,7 +72,7 @@ def basilisk_run(step: float) -> tuple[float, np.ndarray, np.ndarray]:
 
 def femflex_model():
     """The same craft."""
-    markers = {f"jet{k}": Marker.at(place) for k, (place, _) in enumerate(JETS)}
+    markers = {f"jet{k}": Marker.at_position(place) for k, (place, _) in enumerate(JETS)}
     hub = rigid_body(MASS, INERTIA, markers=markers)
     effectors = []
     for k in range(3):
@@ -128,7 +128,8 @@ def basilisk_hinged_run(step: float) -> tuple[np.ndarray, np.ndarray]:
 def hinged_model():
     """The same craft in femflex."""
     markers = {
-        f"hinge{k}": Marker.at(place, turn.T) for k, (place, turn) in enumerate(zip(HINGES, TO_HINGE, strict=True))
+        f"hinge{k}": Marker.at_position(place, turn.T)
+        for k, (place, turn) in enumerate(zip(HINGES, TO_HINGE, strict=True))
     }
     bodies = {"hub": rigid_body(MASS, INERTIA, markers=markers)}
     joints = [free("hub", u0=[0.0, 0.0, 0.0, *RATE])]

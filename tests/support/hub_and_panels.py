@@ -49,7 +49,7 @@ def panel() -> FlexibleBody:
 
 def femflex_model() -> Model:
     """The compiled system with its initial state."""
-    ends = {"east": Marker.at([OFFSET, 0, 0]), "west": Marker.at([-OFFSET, 0, 0], HALF_TURN)}
+    ends = {"east": Marker.at_position([OFFSET, 0, 0]), "west": Marker.at_position([-OFFSET, 0, 0], HALF_TURN)}
     bodies = {"hub": rigid_body(HUB_MASS, HUB_INERTIA, markers=ends), "east": panel(), "west": panel()}
     joints = (
         free("hub", u0=np.r_[0, 0, 0, RATE]),

@@ -12,7 +12,9 @@ from femflex.system import Load, Spring, System, free, knife_edge, revolute, rol
 def planar(mass, inertia, center, **markers):
     """A flat body of that moment of inertia about z; markers are points in its plane."""
     J = np.diag([inertia / 2, inertia / 2, inertia])
-    return rigid_body(mass, J, [*center, 0.0], {name: Marker.at([*place, 0.0]) for name, place in markers.items()})
+    return rigid_body(
+        mass, J, [*center, 0.0], {name: Marker.at_position([*place, 0.0]) for name, place in markers.items()}
+    )
 
 
 def bar(length, mass=1.0):
@@ -21,13 +23,13 @@ def bar(length, mass=1.0):
         mass,
         np.diag([1e-3, mass * length**2 / 12, mass * length**2 / 12]),
         [length / 2, 0, 0],
-        {"end": Marker.at([length, 0, 0])},
+        {"end": Marker.at_position([length, 0, 0])},
     )
 
 
 def four_bar(crank=0.5, coupler=2.0, rocker=1.2, base=2.0, speed=1.0, start=(0.3, 0.4, 1.6)):
     """Four bars joined by four ordinary revolute joints, three of them the tree's and one the loop."""
-    ground = rigid_body(1.0, np.eye(3), markers={"pivot": Marker.at([base, 0, 0])})
+    ground = rigid_body(1.0, np.eye(3), markers={"pivot": Marker.at_position([base, 0, 0])})
     a, b, c = start
     return System(
         {"ground": ground, "crank": bar(crank), "coupler": bar(coupler), "rocker": bar(rocker)},

@@ -92,8 +92,8 @@ def beams(kind, times, segments=16):
         body = reduction.beam_body(beam, reduction.BeamFunctions(z=6), strain="condensed")
     west = np.array([[-1.0, 0, 0], [0, -1.0, 0], [0, 0, 1.0]])
     places = {
-        "east": Marker.at(np.array([ROOT, 0, 0])),
-        "west": Marker.at(np.array([-ROOT, 0, 0])).with_orientation(west),
+        "east": Marker.at_position(np.array([ROOT, 0, 0])),
+        "west": Marker.at_position(np.array([-ROOT, 0, 0])).with_orientation(west),
     }
     hub = rigid_body(400.0, np.diag([150.0, 170.0, 180.0]), markers=places)
     joints = [system.free("hub")]

@@ -20,7 +20,7 @@ def random_craft(seed: int, driven: bool = False, damping: float = 0.0):
         along /= np.linalg.norm(along)
         up = np.cross(along, rng.normal(size=3))
         up /= np.linalg.norm(up)
-        seats[f"seat{k}"] = Marker.at(0.4 * along, np.column_stack([along, up, np.cross(along, up)]))
+        seats[f"seat{k}"] = Marker.at_position(0.4 * along, np.column_stack([along, up, np.cross(along, up)]))
         EIy, EIz = rng.uniform(20, 200, 2)
         beam = UniformBeam(rng.uniform(1.5, 3), 1e5, EIy, EIz, rng.uniform(5, 50), rng.uniform(0.3, 1.0), 0.05, 0.04)
         ratio = Damping(damping) if damping else None

@@ -99,13 +99,16 @@ def test_directions_of_orbital_elements():
 
 
 def segment(k: int, *markers: str):
-    named = {name: Marker.at(np.array([k + 0.1 * j, 0.0, 1.0])) for j, name in enumerate(markers)}
-    ends = {".near": Marker.at(np.array([1.0 * k, 0, 0])), ".far": Marker.at(np.array([k + 1.0, 0, 0]))}
+    named = {name: Marker.at_position(np.array([k + 0.1 * j, 0.0, 1.0])) for j, name in enumerate(markers)}
+    ends = {
+        ".near": Marker.at_position(np.array([1.0 * k, 0, 0])),
+        ".far": Marker.at_position(np.array([k + 1.0, 0, 0])),
+    }
     return rigid_body(1.0 + k, [1.0, 1.0, 1.0], markers=named | ends)
 
 
 BOOM = Segments((segment(0, "root"), segment(1, "lug"), segment(2, "mid"), segment(3, "tip")))
-HUB = rigid_body(9.0, [1.0, 1.0, 1.0], markers={"m": Marker.at(np.zeros(3))})
+HUB = rigid_body(9.0, [1.0, 1.0, 1.0], markers={"m": Marker.at_position(np.zeros(3))})
 
 
 def craft(**more) -> System:
@@ -143,7 +146,7 @@ def test_system_started_at_a_state_begins_there(seed):
 
 
 def plain_hub(**markers):
-    return rigid_body(1.0, np.eye(3), markers={name: Marker.at(np.zeros(3)) for name in markers})
+    return rigid_body(1.0, np.eye(3), markers={name: Marker.at_position(np.zeros(3)) for name in markers})
 
 
 def test_parents_come_before_children():

@@ -85,7 +85,7 @@ def test_attached_mass_equals_points_moving_with_the_marker():
 
 
 def test_wheel_inertia_along_and_across_its_axis():
-    at = Marker.at([0.3, 0.1, -0.2], Rotation.from_rotvec([0.3, -0.5, 0.8]).as_matrix())
+    at = Marker.at_position([0.3, 0.1, -0.2], Rotation.from_rotvec([0.3, -0.5, 0.8]).as_matrix())
     body = rigid_body(20.0, [5.0, 6.0, 7.0], [0.1, 0.2, -0.1], {"bay": at})
     wheel = reaction_wheel("w", "hub", 0.4, marker="bay", axis=(1.0, -2.0, 2.0), initial_speed=-30.0, max_speed=50.0)
     a = at.orientation @ np.array([1.0, -2.0, 2.0]) / 3.0
@@ -124,7 +124,7 @@ def test_coasting_gyro_keeps_its_turned_axis(double):
 
 
 def test_dry_body_plus_propellant_is_the_full_body():
-    body = flexible(3, fore=Marker.at([0.5, 0.1, 0.0], n_modes=2))
+    body = flexible(3, fore=Marker.at_position([0.5, 0.1, 0.0], n_modes=2))
     tanks = {"a": ("tip", 1.5, 0.1), "b": ("fore", 0.8, 0.2)}
     variation = tank_variation(body, tanks)
     block = Block(body, ("mass",))
@@ -133,7 +133,7 @@ def test_dry_body_plus_propellant_is_the_full_body():
     at = body.marker("tip").position  # of a unit of the first tank: a ball of that gyration radius at its marker
     np.testing.assert_allclose(units[0][:4], [1.0, *at])
     np.testing.assert_allclose(units[0][4:13].reshape(3, 3), np.outer(at, at) + 0.01 / 2 * np.eye(3), atol=1e-12)
-    rigid_body(2.0, [0.1, 0.1, 0.1], markers={"m": Marker.at(np.zeros(3))})
+    rigid_body(2.0, [0.1, 0.1, 0.1], markers={"m": Marker.at_position(np.zeros(3))})
 
 
 JOINTS = [
@@ -203,7 +203,7 @@ def test_angle_to_gimbal_lock():
 
 
 def test_reach_of_a_craft_is_its_longest_chain():
-    far = Marker.at([0.0, 3.0, 4.0])
+    far = Marker.at_position([0.0, 3.0, 4.0])
     skin = Skin(np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -6.0]]), {}, np.zeros((0, 2, 3)))
     hub = rigid_body(1.0, [1.0, 1.0, 1.0], markers={"m": far})
     arm = rigid_body(1.0, [1.0, 1.0, 1.0], skin=skin)

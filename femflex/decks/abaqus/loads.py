@@ -91,9 +91,9 @@ def _at_nodes(model: AbaqusModel, transforms: Mapping[int, System], entry: Insta
         axes = transforms[node].axes_at(model.x(node)) if node in transforms else np.eye(3)
         vector = size * axes[component % 3]
         if is_force:
-            yield ("", node, component), StaticLoads.at([model.row(turned)], forces=vector * model.units.force)
+            yield ("", node, component), StaticLoads.at_points([model.row(turned)], forces=vector * model.units.force)
         else:
-            yield ("", node, component), StaticLoads.at([model.row(turned)], torques=vector * model.units.moment)
+            yield ("", node, component), StaticLoads.at_points([model.row(turned)], torques=vector * model.units.moment)
 
 
 def _on_elements(model: AbaqusModel, entry: InstanceKeyword, k: int) -> Loads:

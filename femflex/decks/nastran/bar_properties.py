@@ -28,7 +28,7 @@ SHAPES: dict[str, tuple[int, Callable[..., SectionProperties]]] = {  # type -> n
     "T2": (4, lambda w, h, t, web: profiles.upside_down(profiles.tee(w, h, t, web))),
     "CHAN": (4, profiles.channel),
     "CHAN1": (4, lambda flanges, web, inner, h: profiles.channel(flanges + web, h, web, (h - inner) / 2)),
-    "CHAN2": (4, lambda wall, bottom, h, w: profiles.turned(profiles.channel(h, w, bottom, wall))),
+    "CHAN2": (4, lambda wall, bottom, h, w: profiles.turned_section(profiles.channel(h, w, bottom, wall))),
     "Z": (4, lambda flange, web, inner, h: profiles.zee(flange, web, h, (h - inner) / 2)),
     "L": (4, profiles.angle),
     "CROSS": (4, profiles.cross),

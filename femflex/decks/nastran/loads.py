@@ -59,8 +59,8 @@ def _at_grid(model: NastranModel, card: Card) -> StaticLoads:
     if grid not in (model.moving if is_force else model.turning):
         raise ValueError(f"no element has {'displacements' if is_force else 'rotations'} at its grid point")
     if is_force:
-        return StaticLoads.at([model.row(grid)], forces=vector * model.bulk.units.force)
-    return StaticLoads.at([model.row(grid)], torques=vector * model.bulk.units.moment)
+        return StaticLoads.at_points([model.row(grid)], forces=vector * model.bulk.units.force)
+    return StaticLoads.at_points([model.row(grid)], torques=vector * model.bulk.units.moment)
 
 
 def _grav(model: NastranModel, card: Card) -> StaticLoads:

@@ -68,7 +68,7 @@ def lower_markers(bodies: NDArray[np.void], i: int, joint: Joint, system: System
     """Markers P and Q of the joint of body i; their carriers' elastic blocks become dense when the markers move."""
     record, parent = bodies[i], bodies[bodies[i]["parent"]]
     marker_Q = system.bodies[joint.child].marker(joint.child_marker)
-    marker_P = Marker.at(np.zeros(3))
+    marker_P = Marker.at_position(np.zeros(3))
     if joint.parent is not None:
         marker_P = system.bodies[joint.parent].marker(joint.parent_marker)
     record["place"], record["shape"], record["spin"], record["bends"] = add_marker(

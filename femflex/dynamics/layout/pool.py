@@ -108,7 +108,7 @@ def add_marker(body: str | None, name: str, system: System, pool: Pool) -> tuple
     return pool.add(data), pool.add(phi), pool.add(psi), bends
 
 
-BASE_ORIGIN = Marker.at(np.zeros(3))
+BASE_ORIGIN = Marker.at_position(np.zeros(3))
 
 
 def marker_pieces(marker: Marker) -> tuple[Piece, Piece, Piece, int]:

@@ -118,7 +118,7 @@ class WetMember(EffectorNoun, heading="wet_members"):
         if self.start is None:
             return body
         places, _ = self._rod()
-        markers = {f".{name}.{k}": Marker.at(place, n_modes=body.n_shapes) for k, place in enumerate(places)}
+        markers = {f".{name}.{k}": Marker.at_position(place, n_modes=body.n_shapes) for k, place in enumerate(places)}
         return replace(body, markers=body.markers | markers)
 
     def effectors(self, name: str, context: Context = ALONE) -> Sequence[Effector | Controller]:

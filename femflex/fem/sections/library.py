@@ -217,7 +217,7 @@ class ISection(Shape):
         D = f + w**2 / (4 * f)  # circle through both re-entrant corners that touches the flange's outer face
         strips = 2 * b * f**3 * (1 / 3 - 0.21 * f / b * (1 - (f / b) ** 4 / 12)) + (h - 2 * f) * w**3 / 3
         J = strips + 2 * 0.15 * np.minimum(f, w) / np.maximum(f, w) * D**4
-        return replace(profiles.turned(profiles.i_section(h, b, b, w, f, f)), J=J)
+        return replace(profiles.turned_section(profiles.i_section(h, b, b, w, f, f)), J=J)
 
     def outline(self, s: Array, length: Array | float) -> Outline:
         """Polygon of the section (..., k, 2) [m] at s."""

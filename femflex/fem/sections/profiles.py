@@ -201,7 +201,7 @@ def by_numbers(A: Size, Iz: Size, Iy: Size, J: Size, Iyz: Size = 0.0) -> Section
     return SectionProperties(A, Iz, Iy, J, semi_axis(Iz, A), semi_axis(Iy, A), Iyz)
 
 
-def turned(shape: SectionProperties) -> SectionProperties:
+def turned_section(shape: SectionProperties) -> SectionProperties:
     """The symmetric shape with its y and z exchanged."""
     p, (y, z) = shape, shape.centroid
     return SectionProperties(p.A, p.Iy, p.Iz, p.J, p.z_max, p.y_max, p.Iyz, p.kz, p.ky, (z, y))

@@ -98,7 +98,7 @@ class Dimensioned(Table):
         return {key: value if key == "kind" else _along_member(value) for key, value in keys.items()}
 
     @property
-    def given(self) -> dict[str, Along]:
+    def given_dimensions(self) -> dict[str, Along]:
         """The dimensions that are given."""
         values = {name: getattr(self, name) for name in type(self).model_fields if name != "kind"}
         return {name: value for name, value in values.items() if value is not None}
@@ -106,13 +106,13 @@ class Dimensioned(Table):
     @property
     def varies(self) -> bool:
         """Whether any dimension changes along the member."""
-        return any(varies(value) for value in self.given.values())
+        return any(varies(value) for value in self.given_dimensions.values())
 
     def dimensions(self, s: Array, length: Array | float, pointed: bool = False) -> dict[str, Array]:
         """Every dimension (...) [m] at the stations; ValueError where one is not positive (pointed: where one is
         negative)."""
         values_of_dimensions = {}
-        for name, variation in self.given.items():
+        for name, variation in self.given_dimensions.items():
             try:
                 values = evaluate_variation(variation, s, length)
             except ValueError as error:

@@ -96,7 +96,7 @@ class UniformBeam(Table):
 
     @property
     def taper(self) -> Taper:
-        """How its section varies along its length."""
+        """The variation of its section along its length."""
         return Taper()
 
 
@@ -108,7 +108,7 @@ class TaperedBeam(UniformBeam):
 
     @property
     def taper(self) -> Taper:
-        """How its section varies along its length."""
+        """The variation of its section along its length."""
         return self.factors
 
 
