@@ -6,9 +6,9 @@ inside single tables.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -30,8 +30,6 @@ from femflex.system.load import Load
 from femflex.system.orbit import Orbit
 from femflex.system.sight import Sight
 from femflex.system.spring import MarkerLink, Spring
-
-T = TypeVar("T")
 
 
 def mounted_kinds() -> dict[str, Any]:
@@ -77,62 +75,46 @@ class Outline:
     is_valid: bool
 
 
-def outline_of_case(case: Case, raw: Mapping[str, Any]) -> Outline:
-    """The outline of a valid case; raw: its TOML tables, from which the labels are taken."""
-    mounted: dict[str, Any] = {}
-    for key in mounted_kinds():
-        mounted |= _label_named(key, getattr(case, key))
-    mounted |= _label_named("jitter.outputs", case.jitter.outputs if case.jitter else {})
-    return Outline(
-        run=case.run,
-        orbit=case.orbit,
-        environment=case.environment,
-        attitude=case.attitude,
-        bodies=dict(case.bodies),
-        joints=_label_list(raw, "joints", case.joints),
-        loads=_label_list(raw, "loads", case.loads),
-        loops=_label_list(raw, "loops", case.loops),
-        between=_label_list(raw, "constraints", case.constraints) | _label_list(raw, "springs", case.springs),
-        sights=_label_list(raw, "sights", case.sights),
-        mounted=mounted,
-        surroundings=_label_named(SURROUNDINGS, getattr(case, SURROUNDINGS)),
-        pictures=case.pictures,
-        study=case.study,
-        campbell=case.campbell,
-        expect=case.expect if "expect" in raw else None,
-        initial=case.initial,
-        names={key: frozenset(map(str, _table(raw, key))) for key in ("materials", "sections")},
-        is_valid=True,
-    )
+def outline_of_tables(raw: Mapping[str, Any], case: Case | None = None) -> Outline:
+    """The outline of a case with mistakes from its TOML tables, or of a valid case, labelled from its tables."""
 
+    def part(key: str, kind: Any, default: Any = None) -> Any:
+        return _valid_or_none(kind, raw.get(key, default)) if case is None else getattr(case, key)
 
-def outline_of_tables(raw: Mapping[str, Any]) -> Outline:
-    """The outline of a case with mistakes, from its TOML tables."""
+    def named(key: str, kind: Any, tables: Any = raw, source: Any = case) -> dict[str, Any]:
+        if case is None:
+            return {str(name): _valid_or_none(kind, item) for name, item in _table(tables, key).items()}
+        return dict(getattr(source, key, {}))
+
+    def listed(key: str, kind: Any) -> dict[str, Any]:
+        items = raw[key] if isinstance(raw.get(key), list) else []
+        values = [_valid_or_none(kind, item) for item in items] if case is None else getattr(case, key)
+        return {f"{key}[{item_label(items, k)}]": item for k, item in enumerate(values)}
+
     mounted: dict[str, Any] = {}
     for key, kind in mounted_kinds().items():
-        mounted |= _read_named(raw, key, kind)
-    outputs = _read_named(_table(raw, "jitter"), "outputs", JitterOutput)
-    mounted |= {f"jitter.{key}": item for key, item in outputs.items()}
+        mounted |= _label(key, named(key, kind))
+    outputs = named("outputs", JitterOutput, _table(raw, "jitter"), case and case.jitter)
     return Outline(
-        run=_valid_or_none(RunTable, raw.get("run")),
-        orbit=_valid_or_none(Orbit, raw.get("orbit", {"kind": "none"})),
-        environment=_valid_or_none(Environment, raw.get("environment", {})),
-        attitude=_valid_or_none(AttitudeTable, raw.get("attitude", {})),
-        bodies={str(name): _valid_or_none(Body, table) for name, table in _table(raw, "bodies").items()},
-        joints=_read_list(raw, "joints", AnyJoint),
-        loads=_read_list(raw, "loads", Load),
-        loops=_read_list(raw, "loops", AnyJoint),
-        between=_read_list(raw, "constraints", Constraint) | _read_list(raw, "springs", Spring),
-        sights=_read_list(raw, "sights", Sight),
-        mounted=mounted,
-        surroundings=_read_named(raw, SURROUNDINGS, table_of(nouns()[SURROUNDINGS])),
-        pictures=_valid_or_none(PicturesTable, raw.get("pictures")),
-        study=_valid_or_none(StudyTable, raw.get("study")),
-        campbell=_valid_or_none(CampbellTable, raw.get("campbell")),
-        expect=_valid_or_none(ExpectationsTable, raw.get("expect")),
-        initial=_valid_or_none(StartTable, raw.get("initial")),
+        run=part("run", RunTable),
+        orbit=part("orbit", Orbit, {"kind": "none"}),
+        environment=part("environment", Environment, {}),
+        attitude=part("attitude", AttitudeTable, {}),
+        bodies=named("bodies", Body),
+        joints=listed("joints", AnyJoint),
+        loads=listed("loads", Load),
+        loops=listed("loops", AnyJoint),
+        between=listed("constraints", Constraint) | listed("springs", Spring),
+        sights=listed("sights", Sight),
+        mounted=mounted | _label("jitter.outputs", outputs),
+        surroundings=_label(SURROUNDINGS, named(SURROUNDINGS, table_of(nouns()[SURROUNDINGS]))),
+        pictures=part("pictures", PicturesTable),
+        study=part("study", StudyTable),
+        campbell=part("campbell", CampbellTable),
+        expect=part("expect", ExpectationsTable) if "expect" in raw else None,
+        initial=part("initial", StartTable),
         names={key: frozenset(map(str, _table(raw, key))) for key in ("materials", "sections")},
-        is_valid=False,
+        is_valid=case is not None,
     )
 
 
@@ -158,19 +140,5 @@ def _table(raw: Mapping[str, Any], key: str) -> Mapping[str, Any]:
     return value if isinstance(value, Mapping) else {}
 
 
-def _label_named(key: str, tables: Mapping[str, Any]) -> dict[str, Any]:
+def _label(key: str, tables: Mapping[str, Any]) -> dict[str, Any]:
     return {f"{key}.{name}": table for name, table in tables.items()}
-
-
-def _label_list(raw: Mapping[str, Any], key: str, tables: Sequence[Any]) -> dict[str, Any]:
-    return {f"{key}[{item_label(raw[key], k)}]": table for k, table in enumerate(tables)}
-
-
-def _read_named(raw: Mapping[str, Any], key: str, kind: Any) -> dict[str, Any]:
-    return {f"{key}.{name}": _valid_or_none(kind, item) for name, item in _table(raw, key).items()}
-
-
-def _read_list(raw: Mapping[str, Any], key: str, kind: Any) -> dict[str, Any]:
-    value = raw.get(key, [])
-    items = value if isinstance(value, list) else []
-    return {f"{key}[{item_label(items, k)}]": _valid_or_none(kind, item) for k, item in enumerate(items)}

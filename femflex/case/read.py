@@ -18,7 +18,7 @@ from femflex.case.changed import changed_tables, numbered_path
 from femflex.case.control import warn_of_doubtful_control
 from femflex.case.crosscheck import cross_problems
 from femflex.case.named_files import EphemerisError, with_ephemerides
-from femflex.case.outline import Outline, outline_of_case, outline_of_tables
+from femflex.case.outline import Outline, outline_of_tables
 from femflex.case.suspicion import warn_of_doubtful_magnitudes, warn_of_doubtful_numbers
 from femflex.noun.problems import CaseError, Problem, suggestion_text
 from femflex.noun.sentences import schema_problems
@@ -62,7 +62,7 @@ def _checked_case(
         raise CaseError(path.name, [error.problem]) from None
     except ValidationError as error:
         problems += schema_problems(case_class(), raw, error)
-    valid_parts = outline_of_tables(raw) if case is None else outline_of_case(case, raw)
+    valid_parts = outline_of_tables(raw, case)
     problems += cross_problems(valid_parts, path.parent)
     if problems or case is None:
         problems += _mesh_problems(valid_parts, path.parent)
