@@ -116,7 +116,7 @@ class WetBody(Mounted, heading="wet_bodies"):
     data: str | None = None
     """Wave data: a NetCDF file of Capytaine (.nc), or NAME.1 of WAMIT next to NAME.3 and NAME.hst. Their origin is the
     marker, at the still surface, with z upwards."""
-    shapes: Annotated[list[DataShape] | None, Field(min_length=1)] = None
+    shapes: list[DataShape] = Field(default_factory=list)
     """Motions of the data beyond the six, and which coordinates of the flexible body they are. The marker then stands
     for its place in the body frame. Coordinates that are not listed have no water."""
     data_origin: Position | None = None
@@ -142,11 +142,11 @@ class WetBody(Mounted, heading="wet_bodies"):
             refuse("found waterplane_moments without waterplane_area; give both")
         if self.volume is None and self.data is None:
             refuse("found neither volume nor data; say how much water the body displaces")
-        if self.shapes is not None and self.data is None:
+        if self.shapes and self.data is None:
             refuse("found shapes without data; give the file with their motions")
-        if self.data_origin is not None and self.shapes is None:
+        if self.data_origin is not None and not self.shapes:
             refuse("found data_origin without shapes; place the marker of a rigid body at the origin of the data")
-        if self.shapes is not None and self.added_mass is not None:
+        if self.shapes and self.added_mass is not None:
             refuse("found added_mass together with shapes, of which the data have it; remove one of them")
         return self
 
@@ -160,7 +160,7 @@ class WetBody(Mounted, heading="wet_bodies"):
 
     def carrier(self, name: str, body: FlexibleBody) -> FlexibleBody:
         """The body with a marker that does not bend, and with others that each move with three coordinates alone."""
-        if self.shapes is None:
+        if not self.shapes:
             return body
         place, n = body.marker(self.marker), body.n_modes
         scales = shape_scales(body)
@@ -184,7 +184,7 @@ class WetBody(Mounted, heading="wet_bodies"):
         if data is not None and radiation is not None:
             data, radiation = self._over_coordinates(body, data, radiation)
         n = 0 if radiation is None else len(radiation.rate)
-        m = 0 if self.shapes is None else body.n_modes
+        m = 0 if not self.shapes else body.n_modes
         volume, centre, plane = self._hydrostatics(data, sea)
         mass = np.zeros((6, 6)) if radiation is None else radiation.infinite
         mass = mass if self.added_mass is None else np.array(self.added_mass)
@@ -218,7 +218,7 @@ class WetBody(Mounted, heading="wet_bodies"):
 
     def _over_coordinates(self, body: FlexibleBody, data: WaveData, radiation: Radiation) -> tuple[WaveData, Radiation]:
         """The data and their radiation over the six motions and all coordinates of the body. Raises ValueError."""
-        if self.shapes is None:
+        if not self.shapes:
             if data.shapes:
                 raise ValueError(
                     f"the data {self.data!r} have {len(data.shapes)} motions beyond the six of a rigid body: "
@@ -250,7 +250,7 @@ class WetBody(Mounted, heading="wet_bodies"):
 
     def _of_shapes(self, body: FlexibleBody, data: WaveData | None, sea: Array) -> Array:
         """Numbers (m, 5 + m) of the shapes: stiffness, force that holds the weight, displacement of the marker."""
-        if self.shapes is None or data is None:
+        if not self.shapes or data is None:
             return np.zeros(0)
         if data.stiffness is None:
             raise ValueError(f"the data {self.data!r} have no hydrostatic stiffness, which shapes need; give NAME.hst")
