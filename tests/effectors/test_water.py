@@ -13,6 +13,7 @@ from support.wave_files import write_capytaine, write_wamit
 
 import femflex
 from femflex import read_case
+from femflex.case import parse_case
 from femflex.dynamics.linear.system_modes import system_modes
 from femflex.dynamics.model import compile_system
 from femflex.hydrodynamics import WaveData, fitted, read_wave_data
@@ -138,7 +139,7 @@ shapes = [
 
 
 def model_of(tmp_path, text):
-    write_wamit(tmp_path / "hull.1", kernel_data(np.linspace(0.2, 9.0, 40), 3))
+    write_wamit(tmp_path / "hull.1", kernel_data(np.linspace(0.2, 9.0, 24), 3))
     path = tmp_path / "case.toml"
     path.write_text(text)
     return compile_system(system_of(read_case(path)))
@@ -169,6 +170,29 @@ def test_energy_of_bodies_and_water_balances(tmp_path, parts, size):
         assert (later - earlier) / (2 * h) == pytest.approx(power, rel=1e-5, abs=rounding + 1e-6 * lost)
         rows = model.terms(np.array([t]), x[None])
         assert np.sum(list(rows.values()), axis=0) == pytest.approx(0.0, abs=1e-9 * np.abs(rows["inertia"]).max())
+
+
+@pytest.mark.filterwarnings("ignore::femflex.warning.PhysicsWarning")
+@pytest.mark.parametrize(("parts", "states"), [(MOORED_ROD, 0), (SHAPES, 4)])
+@pytest.mark.parametrize("integrator", ["dop853", pytest.param("esdirk4", marks=pytest.mark.slow)])
+def test_resumed_run_in_water_has_the_same_numbers(tmp_path, parts, states, integrator):
+    """Also of a body by wave data, whose states of radiation are those of the run at the interruption."""
+    write_wamit(tmp_path / "hull.1", kernel_data(np.linspace(0.2, 9.0, 24), 3))
+    run = f'duration = "40 ms"\noutput_step = "1 ms"\nintegrator = "{integrator}"'
+    case = parse_case((HEAD + parts).replace('duration = "1 s"\nsamples = 2', run), path=tmp_path / "case.toml")
+
+    def stop(t):
+        if t > 0.01:
+            raise KeyboardInterrupt
+
+    whole = femflex.run(case, tmp_path / "whole.h5")
+    with pytest.raises(KeyboardInterrupt):
+        femflex.run(case, tmp_path / "part.h5", progress=stop)
+    rest = femflex.run(case, tmp_path / "part.h5", resume=True)
+    names = [name for name in rest.names("z") if ".radiation_" in name] if states else []
+    assert len(names) >= states and len(rest) == len(whole)
+    for path in ("q", "u", *(["z"] if states else [])):
+        assert np.array_equal(rest[path], whole[path]) and np.ptp(whole[path]) > 0.0
 
 
 @pytest.mark.parametrize(("tilt", "height"), [(0.0, 0.1), (0.02, -0.2), (0.3, 0.2), (1.2, 0.5), (1.57, 0.3)])
