@@ -165,7 +165,7 @@ class WetBody(Mounted, heading="wet_bodies"):
         place, n = body.marker(self.marker), body.n_modes
         scales = shape_scales(body)
         origin = place.position if self.data_origin is None else np.array(self.data_origin)
-        markers = {f".{name}": Marker.at(origin, place.orientation, body.n_shapes)}
+        markers = {f".{name}": Marker.at_position(origin, place.orientation, body.n_shapes)}
         for j in range(0, n, 3):
             phi = np.zeros((3, body.n_shapes))
             for k in range(j, min(j + 3, n)):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -221,48 +221,32 @@ def _placement(keyword: Keyword) -> Placement:
 
 
 def _elements(keyword: Keyword) -> list[Element]:
-    """Elements of one block."""
+    """Elements of one block. Those that are no mesh cells (masses, springs, connectors) have any number of nodes.
+
+    Nodes of such elements written as INSTANCE.NUMBER are kept as text; `_global_node_numbers` resolves them.
+    """
     kind = keyword.parameter("type").upper()
     cell, count = cell_of(kind)
-    if not cell:
-        return _non_mesh_elements(keyword, kind)
-    elements, row, start = [], list[int](), 0
-    for k, words in enumerate(keyword.data):
-        start = start if row else k
-        row += [keyword.integer(word, k, "the number of an element or a node") for word in words if word]
-        if len(row) <= count:
-            continue  # continued on the next line
-        if len(row) > count + 1 + (cell in ("line", "line3")):  # a beam may add a node for its orientation
-            raise ValueError(
-                f"{keyword.location(start)}: element {row[0]} of type {kind} has {len(row) - 1} nodes; it needs "
-                f"{count}."
-            )
-        nodes = [row[1 + j] for j in END_MIDDLE_END] if cell == "line3" else row[1 : count + 1]
-        extra = tuple(row[count + 1 :])
-        elements.append(Element(kind, cell, row[0], tuple(nodes), extra, keyword.location(start)))
-        row = []
-    if row:
-        raise ValueError(
-            f"{keyword.location(start)}: element {row[0]} of type {kind} has {len(row) - 1} nodes; it needs {count}."
-        )
-    return elements
-
-
-def _non_mesh_elements(keyword: Keyword, kind: str) -> list[Element]:
-    """Elements that are no mesh cells (masses, springs, connectors); a line that ends in a comma is continued.
-
-    Nodes written as INSTANCE.NUMBER are kept as text; `_global_node_numbers` resolves them.
-    """
     elements, row, start = [], list[str](), 0
     for k, words in enumerate(keyword.data):
         start = start if row else k
         row += [word for word in words if word]
-        if words[-1] == "" and len(words) > 2 and k + 1 < len(keyword.data):
+        if k + 1 < len(keyword.data) and (len(row) <= count if cell else words[-1] == "" and len(words) > 2):
+            continue  # continued on the next line
+        if not row:
             continue
-        if row:
-            number = keyword.integer(row[0], start, "the number of an element")
-            nodes = tuple(int(word) if word.isdigit() else word for word in row[1:])
-            elements.append(Element(kind, "", number, nodes, (), keyword.location(start)))  # type: ignore[arg-type]
+        number = keyword.integer(row[0], start, "the number of an element")
+        if cell:
+            nodes = [keyword.integer(word, k, "the number of an element or a node") for word in row[1:]]
+            if not count <= len(nodes) <= count + (cell in ("line", "line3")):  # a beam may add a node to orient it
+                raise keyword.error(
+                    f": element {number} of type {kind} has {len(nodes)} nodes; it needs {count}.", start
+                )
+            main = [nodes[j] for j in END_MIDDLE_END] if cell == "line3" else nodes[:count]
+            elements.append(Element(kind, cell, number, tuple(main), tuple(nodes[count:]), keyword.location(start)))
+        else:
+            words_or_numbers = tuple(int(word) if word.isdigit() else word for word in row[1:])
+            elements.append(Element(kind, "", number, words_or_numbers, (), keyword.location(start)))  # type: ignore[arg-type]
         row = []
     return elements
 
@@ -327,29 +311,27 @@ def _number_offsets(readers: Mapping[str, NodeReader], elements: Mapping[str, li
 
 
 def _read_sets(flat: FlatDeck) -> None:
-    """Add every *NSET and *ELSET; a set that refers to a set defined later is read after it."""
-    pending = [entry for entry in flat.keywords if entry.keyword.name in ("NSET", "ELSET")]
-    for scope, keyword in pending:
-        _sets_of_keyword(flat, keyword).add(scope, keyword.parameter(keyword.name.lower()), [])
-    defined = {(scope, keyword.name, keyword.parameter(keyword.name.lower()).upper()) for scope, keyword in pending}
-    defined_before = set[tuple[str, str, str]]()
-    while pending:
-        postponed = []
-        for entry in pending:
-            key = entry.scope, entry.keyword.name, entry.keyword.parameter(entry.keyword.name.lower()).upper()
-            needs = {
-                (entry.scope, entry.keyword.name, word.upper()) for row in entry.keyword.data for word in row if word
-            }
-            if (needs & defined) - defined_before - {key} and "generate" not in entry.keyword.parameters:
-                postponed.append(entry)
-                continue
-            _read_set(flat, *entry)
-            defined_before.add(key)
-        if len(postponed) == len(pending):  # sets that refer to each other, or to a set defined in several keywords
-            for entry in postponed:
-                _read_set(flat, *entry)
-            return
-        pending = postponed
+    """Add every *NSET and *ELSET; a set that refers to another one is read after it."""
+    by_key: dict[tuple[str, str, str], list[InstanceKeyword]] = {}
+    for entry in flat.keywords:
+        scope, keyword = entry
+        if keyword.name in ("NSET", "ELSET"):
+            name = keyword.parameter(keyword.name.lower())
+            _sets_of_keyword(flat, keyword).add(scope, name, [])
+            by_key.setdefault((scope, keyword.name, name.upper()), []).append(entry)
+    begun = set[tuple[str, str, str]]()
+
+    def read(key: tuple[str, str, str]) -> None:
+        entries = () if key in begun else by_key.get(key, ())
+        begun.add(key)
+        for scope, keyword in entries:
+            if "generate" not in keyword.parameters:
+                for word in {word.upper() for row in keyword.data for word in row if word}:
+                    read((scope, keyword.name, word))
+            _read_set(flat, scope, keyword)
+
+    for key in by_key:
+        read(key)
 
 
 def _sets_of_keyword(flat: FlatDeck, keyword: Keyword) -> Sets:
@@ -367,21 +349,16 @@ def _read_set(flat: FlatDeck, scope: str, keyword: Keyword) -> None:
         return
     for k, row in enumerate(keyword.data):
         words = [word for word in row if word]
-        if "generate" in keyword.parameters:
-            sets.add(scope, name, list(_generated_range(flat, keyword, k, words, search_scope)))
+        if "generate" not in keyword.parameters:
+            for word in words:
+                sets.add(scope, name, sets.numbers_in(word, search_scope, keyword.location(k)))
             continue
-        for word in words:
-            sets.add(scope, name, sets.numbers_in(word, search_scope, keyword.location(k)))
-
-
-def _generated_range(flat: FlatDeck, keyword: Keyword, row: int, words: list[str], scope: str) -> Iterator[range]:
-    """The range of a GENERATE line: first, last, step."""
-    if len(words) < 2:
-        raise keyword.error(f", GENERATE needs first, last and step; got {words}.", row)
-    first, last, step = (keyword.integer(word, row, "a number") for word in [*words, "1"][:3])
-    offset = flat.shifts[scope.upper()]
-    try:
-        numbers = inclusive_range(first, last, step)
-    except ValueError as error:
-        raise keyword.error(f", GENERATE: {error}", row) from None
-    yield range(numbers.start + offset, numbers.stop + offset, step)
+        if len(words) < 2:
+            raise keyword.error(f", GENERATE needs first, last and step; got {words}.", k)
+        first, last, step = (keyword.integer(word, k, "a number") for word in [*words, "1"][:3])
+        offset = flat.shifts[search_scope.upper()]
+        try:
+            numbers = inclusive_range(first, last, step)
+        except ValueError as error:
+            raise keyword.error(f", GENERATE: {error}", k) from None
+        sets.add(scope, name, [range(numbers.start + offset, numbers.stop + offset, step)])

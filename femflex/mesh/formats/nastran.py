@@ -15,7 +15,7 @@ import numpy as np
 from femflex.arrays import Array, IntArray
 from femflex.mesh.formats.contents import Block, Contents, group_classes
 from femflex.mesh.formats.element_blocks import MISSING, NumberedElement, blocks_of, require_nodes
-from femflex.mesh.formats.nastran_cards import NAME, ORDER, Deck, read_deck, read_number_list, real
+from femflex.mesh.formats.nastran_cards import NAME, ORDER, Deck, named_sets, read_deck, real
 from femflex.mesh.formats.numbers import Numbers
 from femflex.mesh.formats.register import WriteOptions, register
 from femflex.mesh.mesh import Mesh
@@ -143,17 +143,12 @@ def _sets(
 
     A comment or a SET3 card gives the kind. Otherwise a SET is one of points if all its numbers are grid points.
     """
-    kinds = {number: kind for number, (kind, _) in deck.set_names.items()}
-    sets = dict(deck.sets)
-    for name, fields in deck.cards:
-        if name == "SET1" and fields[0].isdigit():
-            sets[int(fields[0])] = read_number_list([w for w in fields[1:] if w.upper() != "SKIN"])
-        elif name == "SET3" and fields[1].upper() in ("GRID", "ELEM", "ELEMENT"):
-            sets[int(fields[0])] = read_number_list(fields[2:])
-            kinds[int(fields[0])] = "1" if fields[1].upper() == "GRID" else "2"
+    sets, wrong = named_sets(deck)
+    if wrong:
+        raise ValueError(wrong[0][1])
     point_groups: dict[str, IntArray] = {}
-    for number, members in sets.items():
-        kind = kinds.get(number) or ("1" if members.all_in(row_of_grid) else "2")
+    for number, (members, known_kind) in sets.items():
+        kind = known_kind or ("1" if members.all_in(row_of_grid) else "2")
         existing = members.among(row_of_grid if kind == "1" else block_row)
         if kind == "1":
             point_groups[f"set_{number}"] = np.array([row_of_grid[m] for m in existing], np.int64)

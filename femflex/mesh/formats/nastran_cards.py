@@ -113,6 +113,26 @@ def read_number_list(words: list[str]) -> Numbers:
     return Numbers(tuple(numbers))
 
 
+def named_sets(deck: Deck) -> tuple[dict[int, tuple[Numbers, str]], list[tuple[RawCard, str]]]:
+    """Number -> members and kind (1 nodes, 2 elements, "" not known) of every SET, SET1 and SET3; cards that cannot be
+    read, with the reason."""
+    kinds = {number: kind for number, (kind, _) in deck.set_names.items()}
+    sets, wrong = dict(deck.sets), list[tuple[RawCard, str]]()
+    for card in deck.raw:
+        name, words = card.name.upper(), [word.strip().upper() for word in card.fields]
+        if name not in ("SET1", "SET3") or not words or not re.fullmatch(r"[+-]?\d+", words[0]):
+            continue
+        try:
+            if name == "SET1":
+                sets[int(words[0])] = read_number_list([word for word in words[1:] if word != "SKIN"])
+            elif words[1] in ("GRID", "ELEM", "ELEMENT"):
+                sets[int(words[0])] = read_number_list(words[2:])
+                kinds[int(words[0])] = "1" if words[1] == "GRID" else "2"
+        except ValueError as error:
+            wrong.append((card, str(error)))
+    return {number: (members, kinds.get(number, "")) for number, members in sets.items()}, wrong
+
+
 def _integer(word: str, words: list[str]) -> int:
     if not re.fullmatch(r"[+-]?\d+", word):
         raise ValueError(f"the list {' '.join(words[:20])} has {word!r} where a whole number belongs")

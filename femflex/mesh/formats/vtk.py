@@ -153,6 +153,8 @@ class _Legacy:
         if kind.lower() not in KINDS:
             raise ValueError(f"it has data of type {kind}")
         dtype = np.dtype(KINDS[kind.lower()])
+        if self.binary and count * dtype.itemsize > len(self._data) - self._place:
+            raise ValueError(f"it announces {count} numbers and ends before the last")
         if self.binary:
             values = np.frombuffer(self._data, dtype.newbyteorder(">"), count, self._place)
             self._place += values.nbytes

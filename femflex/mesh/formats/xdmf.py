@@ -89,14 +89,16 @@ def _values(item: Element | None, root: Element, folder: Path) -> NDArray[Any]:
     kind = item.get("NumberType") or item.get("DataType") or "Float"
     dtype = load_meshio().xdmf.common.xdmf_to_numpy_type[kind, item.get("Precision", "4")]
     form = item.get("Format", "XML").upper()
-    if form == "XML":
-        return np.array(text.split(), dtype).reshape(shape)
-    if form == "BINARY":
-        order = {"little": "<", "big": ">"}.get(item.get("Endian", "").lower(), "=")
-        return np.fromfile(folder / text, np.dtype(dtype).newbyteorder(order)).reshape(shape)
-    file_name, _, key = text.partition(":")
-    with open_hdf5(folder / file_name) as file:
-        return np.asarray(file[key][()])
+    if form == "HDF":
+        file_name, _, key = text.partition(":")
+        with open_hdf5(folder / file_name) as file:
+            return np.asarray(file[key][()])
+    order = {"little": "<", "big": ">"}.get(item.get("Endian", "").lower(), "=")
+    binary = np.dtype(dtype).newbyteorder(order)
+    values = np.fromfile(folder / text, binary) if form == "BINARY" else np.array(text.split(), dtype)
+    if values.size != np.prod(shape):
+        raise ValueError(f"it announces {shape} numbers and has {values.size}")
+    return values.reshape(shape)
 
 
 register(NAME, (".xdmf", ".xmf"), read_xdmf)
