@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from femflex.arrays import Array
@@ -68,47 +70,28 @@ def read_springs(model: AbaqusModel, inputs: SectionInputs) -> None:
         if name == "JOINT":
             joint = entry
             model.findings.use("*JOINT")
-        elif name == "SPRING" and joint is not None and not entry.keyword.parameter("elset"):
-            model.findings.use("*SPRING")
-            model.attempt(entry.keyword, lambda entry=entry, joint=joint: _joint(model, inputs, joint, entry))  # type: ignore[misc]
         elif name == "SPRING":
+            of_joint = joint if not entry.keyword.parameter("elset") else None
             model.findings.use("*SPRING")
-            model.attempt(entry.keyword, lambda entry=entry: _spring(model, inputs, entry))  # type: ignore[misc]
+            model.attempt(entry.keyword, partial(_spring, model, inputs, entry, of_joint))
         elif name != "DASHPOT":
             joint = None
 
 
-def _joint(model: AbaqusModel, inputs: SectionInputs, joint: InstanceKeyword, entry: InstanceKeyword) -> None:
-    """A spring of the elements of a *JOINT, between a component of their two nodes along the joint's axes."""
-    keyword = entry.keyword
-    words = [word for word in keyword.data[0] if word] if keyword.data else []
-    if len(keyword.data) < 2 or not words or not keyword.data[1][0]:
-        raise keyword.error("of *JOINT needs a component, and a stiffness in the next line.")
-    c = keyword.integer(words[0], 0, "a component") - 1
-    if not 0 <= c < 6:
-        raise keyword.error(f"has component {c + 1}; components are 1 to 6.", 0)
-    stiffness = keyword.real(keyword.data[1][0], 1, "a stiffness")
-    system = inputs.system(joint.keyword.parameter("orientation"), joint.scope, joint.keyword)
-    for element in _elements_of_keyword(model, joint):
-        nodes = [model.representative(node) for node in element.nodes]
-        axes = system.axes_at(model.x(nodes[0])) if system is not None else np.eye(3)
-        ends = [(node, c + 1, axes) for node in nodes]
-        model.bushings.append(model.scalar_spring(ends, stiffness, model.units))
-
-
-def _spring(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword) -> None:
-    scope, keyword = entry
-    system = inputs.system(keyword.parameter("orientation"), scope, keyword)
+def _spring(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, joint: InstanceKeyword | None) -> None:
+    """Springs of a keyword's elements, or of those of a *JOINT between one component of both their nodes."""
+    keyword, owner = entry.keyword, joint or entry
+    system = inputs.system(owner.keyword.parameter("orientation"), owner.scope, owner.keyword)
     if "nonlinear" in keyword.parameters:
         model.findings.unused("NONLINEAR of *SPRING", "the spring is left out", location_of(keyword))
         return
     rows = keyword.data
-    for element in _elements_of_keyword(model, entry):
+    for element in _elements_of_keyword(model, owner):
         nodes = [model.representative(node) for node in element.nodes]
         is_axial = element.kind == "SPRINGA"
         k = next((j for j in range(0 if is_axial else 1, len(rows)) if rows[j] and rows[j][0]), None)
         if k is None:
-            raise keyword.error("has no stiffness; give one.")
+            raise keyword.error("needs a component, and a stiffness in the next line; SPRINGA a stiffness alone.")
         stiffness = keyword.real(rows[k][0], k, "a stiffness")
         if not stiffness:
             model.findings.note(f"{keyword.location()}: springs of stiffness 0 are left out")
@@ -119,8 +102,11 @@ def _spring(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword) -
             model.bushings.append(spring(names[0], names[1], stiffness * model.units.spring))
             continue
         components = [keyword.integer(word, 0, "a component") for word in rows[0] if word]
-        axes = [np.eye(3) if system is None else system.axes_at(model.x(node)) for node in nodes]
-        ends = list(zip(nodes, components, axes, strict=False))
+        if wrong := [c for c in components if not 1 <= c <= 6]:
+            raise keyword.error(f"has component {wrong[0]}; components are 1 to 6.", 0)
+        places = [nodes[0] if joint else node for node in nodes]
+        axes = [np.eye(3) if system is None else system.axes_at(model.x(node)) for node in places]
+        ends = list(zip(nodes, components * 2 if joint else components, axes, strict=False))
         model.bushings.append(model.scalar_spring(ends, stiffness, model.units))
 
 

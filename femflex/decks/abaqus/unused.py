@@ -61,6 +61,23 @@ CONSEQUENCES = {
 }  # fmt: skip
 
 
+CONSEQUENCES_OF_TYPES = (  # by the beginning of the type of an element; the first match is used
+    (r"CAX|CGAX|SAX|MAX|DCAX|ACAX",
+     "axisymmetric elements are left out: a body has three dimensions; model the whole body of revolution"),
+    (r"CPS|CPE",
+     "plane elements are left out: they do not move out of their plane; model the sheet by shells (S4R with a "
+     "*SHELL SECTION of its thickness)"),
+    (r"AC|F3D|ASI|FLINK", "elements of fluids are left out: the mass of the fluid is missing"),
+    (r"DC|DS", "elements of heat are left out: they have no stiffness; model the structure by C3D or S types"),
+    (r"Z\d+$", "substructures are left out: their stiffness and mass are missing"),
+    (r"COH", "cohesive elements are left out: the parts are not connected there; join them by *TIE"),
+    (r"U|VU",
+     "user elements are left out: their stiffness is missing, since it is in a subroutine; export it by *MATRIX GENERATE"),
+    (r"CONN", "connectors are left out: the parts may be unconnected; join them by *COUPLING, *MPC or *SPRING"),
+    (r"", "elements of this type are left out; the parts that they join may be unconnected"),
+)  # fmt: skip
+
+
 def report_unused(model: AbaqusModel) -> None:
     """Report the keywords and elements that the structure ignores."""
     consequence_of = {name: text for text, names in CONSEQUENCES.items() for name in names}
@@ -97,26 +114,4 @@ def elements_by_kind(elements: list[Element]) -> dict[str, tuple[int, Location]]
 
 def consequence_of_type(kind: str) -> str:
     """Consequence of ignoring elements of this type, and what to use instead."""
-    if kind.startswith(("CAX", "CGAX", "SAX", "MAX", "DCAX", "ACAX")):
-        return "axisymmetric elements are left out: a body has three dimensions; model the whole body of revolution"
-    if kind.startswith(("CPS", "CPE", "CPEG")):
-        return (
-            "plane elements are left out: they do not move out of their plane; model the sheet by shells (S4R with a "
-            "*SHELL SECTION of its thickness)"
-        )
-    if kind.startswith(("AC", "F3D", "ASI", "FLINK")):
-        return "elements of fluids are left out: the mass of the fluid is missing"
-    if kind.startswith(("DC", "DS")):
-        return "elements of heat are left out: they have no stiffness; model the structure by C3D or S types"
-    if re.fullmatch(r"Z\d+", kind):
-        return "substructures are left out: their stiffness and mass are missing"
-    if kind.startswith("COH"):
-        return "cohesive elements are left out: the parts are not connected there; join them by *TIE"
-    if kind.startswith(("U", "VU")):
-        return (
-            "user elements are left out: their stiffness is missing, since it is in a subroutine; export it by *MATRIX "
-            "GENERATE"
-        )
-    if kind.startswith("CONN"):
-        return "connectors are left out: the parts may be unconnected; join them by *COUPLING, *MPC or *SPRING"
-    return "elements of this type are left out; the parts that they join may be unconnected"
+    return next(text for pattern, text in CONSEQUENCES_OF_TYPES if re.match(pattern, kind))

@@ -24,7 +24,7 @@ def read_supports(model: NastranModel) -> tuple[dict[str, SupportSet], tuple[str
     added: dict[int, list[int]] = {}
 
     def fix(card: Card, number: int, grids: list[int], components: tuple[int, ...]) -> None:
-        components_of_grid = fixed_by_set.setdefault(number, {})
+        components_of_grid = fixed_by_set.setdefault(number, dict[int, set[int]]())
         if not model.grids.require(grids, card):
             return
         for g in grids:
@@ -43,11 +43,8 @@ def read_supports(model: NastranModel) -> tuple[dict[str, SupportSet], tuple[str
             if card.has(k):
                 fix(card, card.integer(0), [card.integer(k)], card.components(k + 1))
                 if card.real(k + 2, 0.0):
-                    bulk.findings.unused(
-                        f"{card.name} D",
-                        "prescribed displacement is left out; the component is held at zero",
-                        card.location,
-                    )
+                    text = "prescribed displacement is left out; the component is held at zero"
+                    bulk.findings.unused(f"{card.name} D", text, card.location)
 
     def spc1(card: Card) -> None:
         grids = numbers_of(card, 2, model.grids)
@@ -72,15 +69,13 @@ def read_supports(model: NastranModel) -> tuple[dict[str, SupportSet], tuple[str
             )
         else:
             bulk.findings.note(f"case control names SPC set {selected}, and the deck has no SPC card; it fixes nothing")
-    sets: dict[str, SupportSet] = {}
-    for number, components_of_grid in fixed_by_set.items():
-        sets[f"spc_{number}"] = _support_groups(model, components_of_grid, f"spc_{number}")
     for number, parts in added.items():
-        combined: dict[int, set[int]] = {}
+        combined = dict[int, set[int]]()
         for part in parts:
             for g, components in fixed_by_set.get(part, {}).items():
                 combined.setdefault(g, set()).update(components)
-        sets[f"spc_{number}"] = _support_groups(model, combined, f"spc_{number}")
+        fixed_by_set[number] = combined
+    sets = {f"spc_{n}": _support_groups(model, fixed, f"spc_{n}") for n, fixed in fixed_by_set.items()}
     on_cards: dict[int, set[int]] = {}
     for g in model.grids.numbers():
         grid = model.grids[g]
@@ -92,15 +87,9 @@ def read_supports(model: NastranModel) -> tuple[dict[str, SupportSet], tuple[str
                 )  # fmt: skip
             else:
                 on_cards.setdefault(g, set()).add(c)
-    default = []
-    if on_cards:
-        sets["ps"] = _support_groups(model, on_cards, "ps")
-        default.append("ps")
-    if selected is not None:
-        default.append(f"spc_{selected}")
-    return {name: support_set for name, support_set in sets.items() if support_set}, tuple(
-        name for name in default if sets.get(name)
-    )
+    sets["ps"] = _support_groups(model, on_cards, "ps")
+    default = ("ps", f"spc_{selected}")
+    return {name: one for name, one in sets.items() if one}, tuple(name for name in default if sets.get(name))
 
 
 def _support_groups(model: NastranModel, components_of_grid: dict[int, set[int]], name: str) -> SupportSet:
