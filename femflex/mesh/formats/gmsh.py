@@ -6,9 +6,8 @@ import re
 import struct
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -227,16 +226,14 @@ def _groups_of_entities(section: _Numbers) -> dict[Tag, list[int]]:
     return groups
 
 
-@dataclass(frozen=True, eq=False)
-class Entity:
-    """Cells of one type with the same physical groups, and the points (k, 3) they lie on."""
+class Entity(NamedTuple):
+    """Cells of one type with the same physical groups."""
 
     dimension: int
     number: int
     cell: str
     nodes: IntArray
     groups: list[int]
-    points: Array
 
 
 def write_gmsh(path: Path, mesh: Mesh, options: WriteOptions) -> None:
@@ -271,29 +268,25 @@ def _sections_4(mesh: Mesh, entities: list[Entity], binary: bool) -> dict[str, b
         return _rows(values, "<u8", binary)
 
     counts = [sum(e.dimension == dim for e in entities) for dim in range(4)]
-    described, nodes, elements = [sizes(*counts)], list[bytes](), list[bytes]()
-    owner = np.full(len(mesh.points), len(entities) - 1)  # of a point: an entity of lowest dimension that contains it
-    for k in sorted(range(len(entities)), key=lambda k: -entities[k].dimension):
-        owner[np.unique(entities[k].nodes)] = k
-    number = 1
+    described, elements, number, n_nodes = [sizes(*counts)], list[bytes](), 1, len(mesh.points)
     for e in sorted(entities, key=lambda e: (e.dimension, e.number)):
-        box = [e.points.min(axis=0), e.points.max(axis=0)][: 2 if e.dimension else 1]
+        points = mesh.points[np.unique(e.nodes)]
+        box = [points.min(axis=0), points.max(axis=0)][: 2 if e.dimension else 1]
         described += [integers(e.number), *(_rows(corner, "<f8", binary) for corner in box), sizes(len(e.groups))]
         described += [integers(*e.groups)] if e.groups else []
         described += [sizes(0)] if e.dimension else []  # no bounding entities given
-    for k, e in enumerate(entities):
-        rows = np.flatnonzero(owner == k)
-        nodes += [integers(e.dimension, e.number, 0), sizes(len(rows))] if len(rows) else []
-        nodes += [_rows(rows[:, None] + 1, "<u8", binary), _rows(mesh.points[rows], "<f8", binary)] if len(rows) else []
+    for e in entities:
         listed = np.column_stack([number + np.arange(len(e.nodes)), _in_order(e) + 1])
         elements += [integers(e.dimension, e.number, TYPES[e.cell]), sizes(len(listed)), _rows(listed, "<u8", binary)]
         number += len(listed)
-    n_nodes = len(mesh.points)
+    # one block of nodes, of the last entity
+    nodes = [sizes(1, n_nodes, 1, n_nodes), integers(entities[-1].dimension, entities[-1].number, 0), sizes(n_nodes)]
+    nodes += [_rows(1 + np.arange(n_nodes)[:, None], "<u8", binary), _rows(mesh.points, "<f8", binary)]
+    elements.insert(0, sizes(len(entities), number - 1, 1, number - 1))
     end = b"\n" if binary else b""
     return {
-        "Entities": b"".join([*described, end]),
-        "Nodes": b"".join([sizes(len(np.unique(owner)), n_nodes, 1, n_nodes), *nodes, end]),
-        "Elements": b"".join([sizes(len(entities), number - 1, 1, number - 1), *elements, end]),
+        name: b"".join([*parts, end])
+        for name, parts in (("Entities", described), ("Nodes", nodes), ("Elements", elements))
     }
 
 
@@ -347,16 +340,14 @@ def _entities_of(mesh: Mesh, tags: dict[tuple[int, str], int]) -> list[Entity]:
         for point in points:
             tags_of_point.setdefault(int(point), []).append(tags[0, group])
     for k, point in enumerate(sorted(tags_of_point)):
-        entities.append(Entity(0, k + 1, "vertex", np.array([[point]]), tags_of_point[point], mesh.points[[point]]))
+        entities.append(Entity(0, k + 1, "vertex", np.array([[point]]), tags_of_point[point]))
     counts = [len(entities), 0, 0, 0]
     for cell, nodes in mesh.cells.items():
         dim = CELL_TYPES[cell].dimension
         groups = {group: by_type[cell] for group, by_type in mesh.cell_groups.items() if cell in by_type}
         for kind, members in group_classes(groups, len(nodes)):
             counts[dim] += 1
-            rows = nodes[members]
-            numbers = [tags[dim, group] for group in kind]
-            entities.append(Entity(dim, counts[dim], cell, rows, numbers, mesh.points[np.unique(rows)]))
+            entities.append(Entity(dim, counts[dim], cell, nodes[members], [tags[dim, group] for group in kind]))
     return entities
 
 
