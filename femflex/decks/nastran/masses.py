@@ -82,17 +82,18 @@ def _add_scalar_masses(model: NastranModel) -> None:
     """Add the CMASS of single grids: equal masses in components 1 to 3 form a point mass, others move along one
     component; components 4 to 6 are inertias about the displacement axes."""
     bulk, by_grid, values = model.bulk, dict[int, dict[int, tuple[float, Card]]](), dict[int, float]()
+    components_of = model.scalars.components()
     bulk.for_each_card(lambda card: values.update(card.pairs(0, 2, 4, 6)), "PMASS")
     for name in ("CMASS1", "CMASS2"):
         for card in bulk.cards_named(name, use=False):
-            ends = [(card.integer(i, 0), card.components(i + 1)) for i in (2, 4)]
-            ends = [(grid, components) for grid, components in ends if grid]
+            if not (ends := model.ends(card)):
+                continue
             m = values.get(card.integer(1, card.integer(0)), 0.0) if name == "CMASS1" else card.real(1, 0.0)
             if len(ends) == 1 and ends[0][0] in model.grids and len(ends[0][1]) == 1:
                 by_component, component = by_grid.setdefault(ends[0][0], {}), ends[0][1][0]
                 other, first = by_component.get(component, (0.0, card))
                 by_component[component] = other + m, first
-            elif {grid for grid, _ in ends} & model.scalar_points.keys():
+            elif {grid for grid, _ in ends} & components_of.keys():
                 bulk.findings.problem(
                     f"{card} is a mass between two components, one of them of a scalar point, which is not read; give "
                     "each component a mass to ground", card.location,
@@ -103,7 +104,7 @@ def _add_scalar_masses(model: NastranModel) -> None:
         ways = [c for c in (1, 2, 3) if c in by_component]
         masses = [by_component[c][0] for c in ways]
         first = next(iter(by_component.values()))[1]
-        needed = model.scalar_points.get(grid, {1, 2, 3})
+        needed = components_of.get(grid, {1, 2, 3})
         if (
             needed & {1, 2, 3} == set(ways) != set()
             and max(masses) - min(masses) <= 1e-5 * max(masses)

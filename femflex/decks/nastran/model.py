@@ -18,6 +18,22 @@ from femflex.fem import Bushing, ScalarSpring
 from femflex.mesh.cells import CELL_TYPES
 
 
+@dataclass(frozen=True)
+class ScalarPoints:
+    """Number of a scalar point -> the grid point that stands for it and its component (1 to 6); and the scalar points
+    that nothing joins to a grid point."""
+
+    places: dict[int, tuple[int, int]]
+    alone: set[int]
+
+    def components(self) -> dict[int, set[int]]:
+        """Grid points that stand for scalar points -> the components that exist."""
+        components: dict[int, set[int]] = {}
+        for grid, component in self.places.values():
+            components.setdefault(grid, set()).add(component)
+        return components
+
+
 @dataclass
 class NastranModel(DeckModel):
     """The parts of a deck that have been read, and the model built from them."""
@@ -28,16 +44,32 @@ class NastranModel(DeckModel):
     materials: Materials
     bars: BarProperties
     nonstructural: NonstructuralMass
+    scalars: ScalarPoints
     twisting: list[tuple[int, int, float, Card]] = field(default_factory=list)  # rods: grids, GJ / L [N m], card
     middles: dict[tuple[int, int], int] = field(default_factory=dict)  # edge between grids -> row of its middle
     incomplete: set[str] = field(default_factory=set)  # kinds of elements with some middle nodes left out
     springs: list[tuple[Bushing | ScalarSpring, list[int], bool, Card]] = field(default_factory=list)  # grids, turns
-    # grid points that stand for scalar points -> the components that exist
-    scalar_points: dict[int, set[int]] = field(default_factory=dict)
 
     def x(self, node: int) -> Array:
         """Position (3,) of a grid [m]."""
         return self.grids[node].position
+
+    def placed(self, card: Card, ends: Sequence[tuple[int, Components]]) -> list[tuple[int, Components]]:
+        """Grid points and components, those of scalar points in their place; none, with a finding, where a scalar point
+        is joined to no grid point."""
+        if self.scalars.alone & {number for number, _ in ends}:
+            text = "of scalar points that nothing joins to a grid point; they are left out, and missing"
+            self.bulk.findings.unused(card.name, text, card.location)
+            return []
+        places = ((number, self.scalars.places.get(number), components) for number, components in ends)
+        return [
+            (number, components) if place is None else (place[0], place[1:]) for number, place, components in places
+        ]
+
+    def ends(self, card: Card) -> list[tuple[int, Components]]:
+        """The grid points and components that a scalar spring or mass joins."""
+        ends = [(card.integer(k, 0), card.components(k + 1)) for k in (2, 4)]
+        return self.placed(card, [(number, components) for number, components in ends if number])
 
     def depend(self, grid: int, components: Components, card: Card) -> bool:
         """Record that a card makes components of a grid dependent; add a problem and return False if they already

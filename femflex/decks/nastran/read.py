@@ -52,13 +52,13 @@ def read_nastran_deck(path: Path, units: Units, overrides: Values) -> Deck:
     ):
         bulk.findings.problem_no_properties(path, "properties and materials")
         bulk.findings.check(path)
-    scalar_points = place_scalar_points(bulk)
+    scalars = place_scalar_points(bulk)
     systems = Systems(bulk)
     materials = Materials(bulk)
     grids = Grids(bulk, systems)
     model = NastranModel(
-        bulk, systems, grids, materials, BarProperties(bulk, materials), NonstructuralMass(bulk),
-        scalar_points=scalar_points, findings=bulk.findings,
+        bulk, systems, grids, materials, BarProperties(bulk, materials), NonstructuralMass(bulk), scalars,
+        findings=bulk.findings,
     )  # fmt: skip
     read_line_elements(model)
     read_shell_elements(model)

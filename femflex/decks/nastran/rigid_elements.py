@@ -248,12 +248,9 @@ def _mpcs(model: NastranModel) -> None:
 
 def _mpc(model: NastranModel, card: Card) -> None:
     """Add sum A u = 0, in which the first component is dependent."""
-    terms: list[tuple[int, int, float]] = []
-    for start in range(1, len(card.fields), 8):
-        for k in (start, start + 3):
-            if card.has(k):
-                c = card.components(k + 1)
-                terms.append((card.integer(k), c[0] if c else 0, card.real(k + 2, 0.0)))
+    fields = [k for start in range(1, len(card.fields), 8) for k in (start, start + 3) if card.has(k)]
+    ends = model.placed(card, [(card.integer(k), card.components(k + 1)) for k in fields])
+    terms = [(g, c[0] if c else 0, card.real(k + 2, 0.0)) for k, (g, c) in zip(fields, ends, strict=False)]
     if not terms or not model.grids.require([g for g, _, _ in terms], card):
         return
     if any(c == 0 for _, c, _ in terms):

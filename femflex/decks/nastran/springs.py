@@ -69,8 +69,7 @@ def _celas(model: NastranModel, card: Card, values: dict[int, float]) -> None:
         k = values[pid]
     else:
         k = card.real(1)
-    ends = [(card.integer(i, 0), card.components(i + 1)) for i in (2, 4)]
-    ends = [(g, c) for g, c in ends if g]
+    ends = model.ends(card)
     if not ends or not model.grids.require([g for g, _ in ends], card):
         return
     for g, c in ends:

@@ -20,6 +20,7 @@ def read_supports(model: NastranModel) -> tuple[dict[str, SupportSet], tuple[str
     Supports of grids without displacements are dropped; supports of dependent components are problems.
     """
     bulk = model.bulk
+    components_of = model.scalars.components()
     fixed_by_set: dict[int, dict[int, set[int]]] = {}
     added: dict[int, list[int]] = {}
 
@@ -28,7 +29,7 @@ def read_supports(model: NastranModel) -> tuple[dict[str, SupportSet], tuple[str
         if not model.grids.require(grids, card):
             return
         for g in grids:
-            present = model.scalar_points.get(g, EVERY)
+            present = components_of.get(g, EVERY)
             clash = [c for c in components if (g, c) in model.depending and c in present]
             if clash and number in in_force:
                 bulk.findings.problem(
@@ -41,15 +42,20 @@ def read_supports(model: NastranModel) -> tuple[dict[str, SupportSet], tuple[str
     def spc(card: Card) -> None:
         for k in (1, 4):
             if card.has(k):
-                fix(card, card.integer(0), [card.integer(k)], card.components(k + 1))
+                if card.integer(k) not in model.scalars.alone:
+                    (grid, components), *_ = model.placed(card, [(card.integer(k), card.components(k + 1))])
+                    fix(card, card.integer(0), [grid], components)
                 if card.real(k + 2, 0.0):
                     text = "prescribed displacement is left out; the component is held at zero"
                     bulk.findings.unused(f"{card.name} D", text, card.location)
 
     def spc1(card: Card) -> None:
-        grids = numbers_of(card, 2, model.grids)
-        if "THRU" in card.words_from(2):  # missing grids are skipped
-            grids = [g for g in grids if g in model.grids]
+        places, grids = model.scalars.places, list[int]()
+        for number in numbers_of(card, 2, {*model.grids, *places, *model.scalars.alone}):
+            if number in places:
+                fix(card, card.integer(0), [places[number][0]], places[number][1:])
+            elif number not in model.scalars.alone and (number in model.grids or "THRU" not in card.words_from(2)):
+                grids.append(number)  # missing grids of a range are skipped
         fix(card, card.integer(0), grids, card.components(1))
 
     selected = bulk.selected_sets.get("SPC")
