@@ -61,10 +61,8 @@ class NastranModel(DeckModel):
             text = "of scalar points that nothing joins to a grid point; they are left out, and missing"
             self.bulk.findings.unused(card.name, text, card.location)
             return []
-        places = ((number, self.scalars.places.get(number), components) for number, components in ends)
-        return [
-            (number, components) if place is None else (place[0], place[1:]) for number, place, components in places
-        ]
+        places = self.scalars.places
+        return [(places[n][0], places[n][1:]) if n in places else (n, components) for n, components in ends]
 
     def ends(self, card: Card) -> list[tuple[int, Components]]:
         """The grid points and components that a scalar spring or mass joins."""

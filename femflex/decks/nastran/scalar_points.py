@@ -6,6 +6,7 @@ join it to, and moves along the component that they name there. Its other compon
 
 from __future__ import annotations
 
+import re
 from contextlib import suppress
 
 import numpy as np
@@ -22,12 +23,12 @@ EQUAL_MASSES = 1e-6  # relative difference of masses in several directions that 
 def place_scalar_points(bulk: Bulk) -> ScalarPoints:
     """The scalar points of a deck, which has a grid point for each of them afterwards, and CELAS3 and CELAS4, CMASS3
     and CMASS4 as CELAS1 and CELAS2, CMASS1 and CMASS2."""
-    for name in ("CELAS", "CMASS"):
-        for old, new in ((f"{name}3", f"{name}1"), (f"{name}4", f"{name}2")):
+    for kind in ("CELAS", "CMASS"):
+        for old, new in ((f"{kind}3", f"{kind}1"), (f"{kind}4", f"{kind}2")):
             for card in bulk.cards.pop(old, ()):
-                fields = [*card.fields, "", "", "", ""]
-                paired = [*fields[:3], "", fields[3], ""]
-                bulk.cards.setdefault(new, []).append(Card(new, paired, card.location))
+                padded = [*card.fields, "", "", "", ""]
+                fields = [*padded[:3], "", padded[3], ""]
+                bulk.cards.setdefault(new, []).append(Card(new, fields, card.location))
     cards_of_grids = {card.integer(0): card for card in bulk.cards.get("GRID", ()) if card.is_integer(0)}
     scalars = listed_scalar_points(bulk)
     links = [[(n, c) for n, c in _ends(card)] for name in ELEMENTS for card in bulk.cards.get(name, ())]
@@ -44,10 +45,9 @@ def place_scalar_points(bulk: Bulk) -> ScalarPoints:
             break
         places |= reached
     grid_of = _shared_grids(bulk, places)
-    for grid in dict.fromkeys(grid_of.values()):
-        card = cards_of_grids[places[grid][0]]
-        fields = [*card.fields, "", "", "", "", ""]
-        bulk.cards["GRID"].append(Card("GRID", [str(grid), *fields[1:6]], card.location))
+    for number in dict.fromkeys(grid_of.values()):
+        card = cards_of_grids[places[number][0]]
+        bulk.cards["GRID"].append(Card("GRID", [str(number), *[*card.fields, *[""] * 5][1:6]], card.location))
     return ScalarPoints({n: (grid_of[n], c) for n, (_, c) in places.items()}, scalars - places.keys())
 
 
@@ -61,10 +61,10 @@ def listed_scalar_points(bulk: Bulk) -> set[int]:
 
 def _ends(card: Card) -> list[Component]:
     """The grid and scalar points that a card names with their component, 0 where that is blank or not one of 1 to 6."""
-    starts = (2, 4)
-    if card.name == "MPC":
-        starts = tuple(k for start in range(1, len(card.fields), 8) for k in (start, start + 3))
-    components = {k: int(card.word(k + 1)) if card.word(k + 1) in tuple("123456") else 0 for k in starts}
+    starts = (
+        [k for start in range(1, len(card.fields), 8) for k in (start, start + 3)] if card.name == "MPC" else [2, 4]
+    )
+    components = {k: int(card.word(k + 1)) if re.fullmatch("[1-6]", card.word(k + 1)) else 0 for k in starts}
     return [(card.integer(k), c) for k, c in components.items() if card.is_integer(k) and card.integer(k) > 0]
 
 

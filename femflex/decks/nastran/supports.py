@@ -21,6 +21,7 @@ def read_supports(model: NastranModel) -> tuple[dict[str, SupportSet], tuple[str
     """
     bulk = model.bulk
     components_of = model.scalars.components()
+    points = {*model.grids, *model.scalars.places, *model.scalars.alone}
     fixed_by_set: dict[int, dict[int, set[int]]] = {}
     added: dict[int, list[int]] = {}
 
@@ -51,7 +52,7 @@ def read_supports(model: NastranModel) -> tuple[dict[str, SupportSet], tuple[str
 
     def spc1(card: Card) -> None:
         places, grids = model.scalars.places, list[int]()
-        for number in numbers_of(card, 2, {*model.grids, *places, *model.scalars.alone}):
+        for number in numbers_of(card, 2, points):
             if number in places:
                 fix(card, card.integer(0), [places[number][0]], places[number][1:])
             elif number not in model.scalars.alone and (number in model.grids or "THRU" not in card.words_from(2)):
