@@ -72,7 +72,7 @@ CONSEQUENCES_OF_TYPES = (  # by the beginning of the type of an element; the fir
     (r"Z\d+$", "substructures are left out: their stiffness and mass are missing"),
     (r"COH", "cohesive elements are left out: the parts are not connected there; join them by *TIE"),
     (r"U|VU",
-     "user elements are left out: their stiffness, which is in a subroutine, is missing; export it by *MATRIX GENERATE"),
+     "user elements are left out: their stiffness, in a subroutine, is missing; export it by *MATRIX GENERATE"),
     (r"CONN", "connectors are left out: the parts may be unconnected; join them by *COUPLING, *MPC or *SPRING"),
     (r"", "elements of this type are left out; the parts that they join may be unconnected"),
 )  # fmt: skip

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from femflex.arrays import Array
@@ -10,6 +12,8 @@ from femflex.decks.nastran.model import NastranModel
 from femflex.fem import MultiPointConstraint
 from femflex.fem.point_mass import DeckMass, check_inertia
 from femflex.fem.support import COMPONENTS
+
+EQUAL_MASSES = 1e-5  # relative difference of masses in several directions that are treated as one mass
 
 
 def read_masses(model: NastranModel) -> None:
@@ -100,38 +104,26 @@ def _add_scalar_masses(model: NastranModel) -> None:
                 )  # fmt: skip
             else:
                 bulk.findings.unused(name, "masses between two components are left out and missing", card.location)
+    u, none = bulk.units, np.zeros(3)
     for grid, by_component in by_grid.items():
-        ways = [c for c in (1, 2, 3) if c in by_component]
-        masses = [by_component[c][0] for c in ways]
-        first = next(iter(by_component.values()))[1]
-        needed = components_of.get(grid, {1, 2, 3})
-        if (
-            needed & {1, 2, 3} == set(ways) != set()
-            and max(masses) - min(masses) <= 1e-5 * max(masses)
-            and masses[0] > 0
-        ):
-            for c in ways:
-                bulk.findings.use(by_component[c][1].name)
-            u = bulk.units.mass * bulk.wtmass
-            bulk.attempt(first, lambda grid=grid, m=masses[0] * u, card=first: _add(  # type: ignore[misc]
-                model, card, grid, m, np.zeros((3, 3)), np.zeros(3)
-            ))  # fmt: skip
-            by_component = {c: value for c, value in by_component.items() if c > 3}
-        turning = {c: by_component.pop(c) for c in (4, 5, 6) if c in by_component and by_component[c][0] > 0}
+        ways = {c: m for c, (m, _) in by_component.items() if c <= 3}
+        if ways.keys() == components_of.get(grid, {1, 2, 3}) & {1, 2, 3} and ways:
+            smallest, largest = min(ways.values()), max(ways.values())
+            if smallest > 0 and largest - smallest <= EQUAL_MASSES * largest:  # one mass in all its directions
+                cards = [by_component.pop(c)[1] for c in ways]
+                mass = smallest * u.mass * bulk.wtmass
+                bulk.attempt(cards[0], partial(_add, model, cards[0], grid, mass, np.zeros((3, 3)), none))
+                bulk.findings.used.update(card.name for card in cards)
+        turning = {c: by_component.pop(c) for c in (4, 5, 6) if by_component.get(c, (0.0,))[0] > 0}
         if turning:
-            for _, card in turning.values():
-                bulk.findings.use(card.name)
-            inertias = np.array([turning[c][0] if c in turning else 0.0 for c in (4, 5, 6)])
-            axes = model.systems(model.grids[grid].displacement).axes_at(model.grids[grid].position)
-            J = axes.T @ np.diag(inertias) @ axes * bulk.units.inertia * bulk.wtmass
-            card = next(iter(turning.values()))[1]
-            bulk.attempt(card, lambda grid=grid, J=J, card=card: _add(  # type: ignore[misc]
-                model, card, grid, 0.0, J, np.zeros(3)
-            ))  # fmt: skip
+            axes, first = model.grids.axes(grid), next(iter(turning.values()))[1]
+            J = np.sum([m * np.outer(axes[c - 4], axes[c - 4]) for c, (m, _) in turning.items()], axis=0)
+            bulk.attempt(first, partial(_add, model, first, grid, 0.0, J * u.inertia * bulk.wtmass, none))
+            bulk.findings.used.update(card.name for _, card in turning.values())
         for component, (mass, card) in by_component.items():
             if component <= 3 and mass > 0:
                 bulk.findings.use(card.name)
-                _add_along(model, grid, component, mass * bulk.units.mass * bulk.wtmass, card)
+                _add_along(model, grid, component, mass * u.mass * bulk.wtmass, card)
             elif mass:
                 bulk.findings.unused(card.name, "masses below zero are left out and missing", card.location)
 

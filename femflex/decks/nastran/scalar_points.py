@@ -31,7 +31,7 @@ def place_scalar_points(bulk: Bulk) -> ScalarPoints:
                 bulk.cards.setdefault(new, []).append(Card(new, fields, card.location))
     cards_of_grids = {card.integer(0): card for card in bulk.cards.get("GRID", ()) if card.is_integer(0)}
     scalars = listed_scalar_points(bulk)
-    links = [[(n, c) for n, c in _ends(card)] for name in ELEMENTS for card in bulk.cards.get(name, ())]
+    links = [_ends(card) for name in ELEMENTS for card in bulk.cards.get(name, ())]
     scalars.update(n for link in links for n, c in link if not c and n not in cards_of_grids)
     places: dict[int, Component] = {}
     while True:
@@ -39,8 +39,7 @@ def place_scalar_points(bulk: Bulk) -> ScalarPoints:
         for link in links:
             anchors = [end for end in link if end[0] in cards_of_grids and end[1]]
             anchors = anchors or [places[n] for n, _ in link if n in places]
-            new = [n for n, _ in link if n in scalars and n not in places and n not in reached]
-            reached |= {n: anchors[0] for n in new if anchors}
+            reached |= {n: anchors[0] for n, _ in link if anchors and n in scalars and n not in {*places, *reached}}
         if not reached:
             break
         places |= reached

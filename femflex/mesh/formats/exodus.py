@@ -73,7 +73,9 @@ def read_exodus(path: Path) -> Contents:
         for element, side in ((int(element) - 1, int(side) - 1) for element, side in sides):
             if not 0 <= element < len(elements) or side < 0:
                 raise ValueError(f"side set {name} names element {element + 1}, and there are {len(elements)}")
-            if (owner := elements[element]) is not None and (found := _side(*owner, element - starts[element], side)):
+            if (owner := elements[element]) is not None and (
+                found := _side_cell(*owner, element - starts[element], side)
+            ):
                 by_cell.setdefault(found[0], []).append(found[1])
         blocks += [Block(cell, np.array(rows), {name: np.arange(len(rows))}) for cell, rows in by_cell.items()]
     point_groups = {
@@ -84,7 +86,7 @@ def read_exodus(path: Path) -> Contents:
     return Contents(points, without_repeated_cells(blocks, keys), point_groups, left_out=left_out)
 
 
-def _side(block: Block, in_space: bool, row: int, side: int) -> tuple[str, IntArray] | None:
+def _side_cell(block: Block, in_space: bool, row: int, side: int) -> tuple[str, IntArray] | None:
     """Cell and nodes of a side of an element; a shell in space has its two faces before its edges."""
     kind = CELL_TYPES[block.cell]
     sides: Sequence[tuple[int, ...]] = SIDES.get(kind.shape, [])

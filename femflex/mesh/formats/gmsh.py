@@ -118,12 +118,12 @@ class _Numbers:
     def line(self) -> int:
         """The whole number of a line of text, which binary sections of 2.2 begin with."""
         if self._text is not None:
-            return self.one("int")
+            return self.whole_number("int")
         word, mark, _ = self._section.partition(b"\n")
         self._place = len(word) + len(mark)
         return int(word)
 
-    def one(self, kind: str) -> int:
+    def whole_number(self, kind: str) -> int:
         """One whole number."""
         return int(self.take(kind, 1)[0])
 
@@ -167,7 +167,7 @@ def _nodes_4(nodes: _Numbers) -> tuple[IntArray, Array]:
     numbers, points = [np.zeros(0, np.int64)], [np.zeros((0, 3))]
     for _ in range(blocks):
         dimension, _, parametric = nodes.take("int", 3).tolist()
-        count = nodes.one("size")
+        count = nodes.whole_number("size")
         numbers.append(nodes.take("size", count))
         points.append(nodes.take("double", count, 3 + (dimension if parametric else 0))[:, :3])
     if sum(map(len, numbers)) != announced:
@@ -201,7 +201,7 @@ def _elements_4(elements: _Numbers, groups: dict[Tag, list[int]]) -> Iterator[Pa
     """Elements of every entity, with its physical groups (negative: of reversed orientation)."""
     for _ in range(elements.take("size", 4).tolist()[0]):
         dimension, entity, kind = elements.take("int", 3).tolist()
-        count, n = elements.one("size"), _n_nodes(kind)
+        count, n = elements.whole_number("size"), _n_nodes(kind)
         yield kind, entity, groups.get((dimension, entity), []), elements.take("size", count, 1 + n)[:, 1:]
 
 
@@ -218,11 +218,11 @@ def _groups_of_entities(section: _Numbers) -> dict[Tag, list[int]]:
         return groups
     for dimension, count in enumerate(section.take("size", 4).tolist()):
         for _ in range(count):
-            number = section.one("int")
+            number = section.whole_number("int")
             section.take("double", 6 if dimension else 3)  # bounding box or position
-            groups[dimension, number] = section.take("int", section.one("size")).tolist()
+            groups[dimension, number] = section.take("int", section.whole_number("size")).tolist()
             if dimension:
-                section.take("int", section.one("size"))  # bounding entities
+                section.take("int", section.whole_number("size"))  # bounding entities
     return groups
 
 
