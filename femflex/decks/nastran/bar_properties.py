@@ -92,15 +92,16 @@ class BarProperties:
 
     def __init__(self, bulk: Bulk, materials: Materials) -> None:
         self._bulk, self._materials = bulk, materials
-        self._properties: ByNumber[BarProperty] = ByNumber(bulk, "property", "of bars and beams it has")
+        self._properties: ByNumber[BarProperty] = ByNumber(
+            bulk, "property", "of bars and beams it has", ("PBEND", "PBMSECT", "PBRSECT"),
+            "PBAR, PBARL, PBEAM, PBEAML or PBCOMP",
+        )  # fmt: skip
         cards = {"CBAR": [*bulk.cards_named("BAROR")], "CBEAM": [*bulk.cards_named("BEAMOR")]}
         self.defaults = {name: some[0] for name, some in cards.items() if some}
-        readers = {"PBAR": self._pbar, "PBARL": self._pbarl, "PBEAM": self._pbeam, "PBEAML": self._pbeaml,
+        readers = {"PBAR": self._pbar, "PBARL": self._of_shape, "PBEAM": self._pbeam, "PBEAML": self._of_shape,
                    "PBCOMP": self._pbcomp}  # fmt: skip
         for name, read in readers.items():
             self._properties.read_cards(name, lambda card, read=read: self._checked(read(card)))  # type: ignore[misc]
-        others = bulk.cards_named("PBEND", "PBMSECT", "PBRSECT", use=False)
-        self._unsupported = {card.integer(0): card for card in others if card.is_integer(0)}
 
     def _checked(self, bar: BarProperty) -> BarProperty:
         """The property with the overrides of the case. Raises ValueError for values below zero."""
@@ -122,11 +123,6 @@ class BarProperties:
 
         Raises ValueError if the deck has no such property.
         """
-        if number in self._unsupported and number not in self._properties:
-            raise ValueError(
-                f"names {self._unsupported[number]}, which is not understood; give PBAR, PBARL, PBEAM, PBEAML or "
-                f"PBCOMP instead, or {BY_MATRICES}"
-            )
         return self._properties(number)
 
     def _station(self, A: float, I1: float, I2: float, I12: float, J: float, nsm: float) -> Station:
@@ -144,36 +140,22 @@ class BarProperties:
         station = self._station(A, I1, I2, card.real(18, 0.0), J, nsm)
         return self._bar_property(card, {0.0: station}, card.real(16, 0.0), card.real(17, 0.0))
 
-    def _pbarl(self, card: Card) -> BarProperty:
-        kind, words = card.word(3), card.words_from(8)
-        count = n_dimensions(kind)
-        section = bar_shape(kind, card.reals(8, min(count, len(words))))
-        stations = {0.0: self._profile_station(section, card.real(8 + count, 0.0))}
-        return self._bar_property(card, stations, section.ky, section.kz)
-
-    def _profile_station(self, section: SectionProperties, nsm: float) -> Station:
-        return self._station(section.A, section.Iz, section.Iy, section.Iyz, section.J, nsm)
-
-    def _pbeaml(self, card: Card) -> BarProperty:
-        """The shear centre is placed at the centroid."""
-        kind = card.word(3)
-        count, k, first = n_dimensions(kind), 8, None
-        stations: dict[float, Station] = {}
-        while k < len(card.fields):
+    def _of_shape(self, card: Card) -> BarProperty:
+        """PBARL, and PBEAML with further stations, whose shear centre is placed at the centroid."""
+        kind, k, first = card.word(3), 8, None
+        count, stations = n_dimensions(kind), dict[float, Station]()
+        while first is None or (card.name == "PBEAML" and card.words_from(k)):
             position = 0.0
             if first is not None:  # SO and X/XB precede the dimensions
                 position, k = card.real(k + 1, 1.0), k + 2
                 if not any(card.has(i) for i in range(k - 2, k + count + 1)):
                     break
-            dimensions = card.reals(k, count)
+            dimensions = card.reals(k, count if first else min(count, len(card.words_from(k))))
             section = bar_shape(kind, dimensions) if first is None or any(dimensions) else first
             first = first or section
-            stations[position] = self._profile_station(section, card.real(k + count, 0.0))
+            values = (section.A, section.Iz, section.Iy, section.Iyz, section.J)
+            stations[position] = self._station(*values, card.real(k + count, 0.0))
             k += count + 1
-            if not card.words_from(k):
-                break
-        if first is None:
-            raise ValueError(f"{card} has no dimensions; section type {kind} needs {count}")
         return self._bar_property(card, stations, first.ky, first.kz)
 
     def _pbeam(self, card: Card) -> BarProperty:

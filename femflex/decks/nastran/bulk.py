@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
-from femflex.decks.findings import Findings, Location, Overrides
-from femflex.decks.nastran.card import Card, FieldError
+from femflex.decks.findings import BY_MATRICES, Findings, Location, Overrides
+from femflex.decks.nastran.card import Card
 from femflex.decks.units import Units
 from femflex.mesh.formats.nastran_cards import Deck as RawDeck
 from femflex.mesh.formats.numbers import Numbers
@@ -59,8 +59,6 @@ class Bulk:
         """Call the action for a card; a ValueError becomes a problem at the card's location."""
         try:
             action()
-        except FieldError as error:
-            self.findings.problem(str(error), card.location)
         except ValueError as error:
             text = str(error)
             if text.startswith(f"{card} names "):  # the same text for many cards
@@ -140,10 +138,13 @@ class ByNumber(Generic[T]):
 
     kind   "property" or "material"
     among  what the known ones are, such as "of shells it has"
+    unread, instead  cards of the same kind that are not read, and those that may take their place
     """
 
-    def __init__(self, bulk: Bulk, kind: str, among: str) -> None:
-        self._bulk, self._kind, self._among = bulk, kind, among
+    def __init__(self, bulk: Bulk, kind: str, among: str, unread: tuple[str, ...] = (), instead: str = "") -> None:
+        self._bulk, self._kind, self._among, self._instead = bulk, kind, among, instead
+        others = bulk.cards_named(*unread, use=False)
+        self._unread = {card.integer(0): card for card in others if card.is_integer(0)}
         self._values: dict[int, T | None] = {}
         self._cards: dict[int, Card] = {}
 
@@ -161,11 +162,12 @@ class ByNumber(Generic[T]):
         self._cards[number], self._values[number] = card, None
         self._values[number] = reader(card)
 
-    def __contains__(self, number: object) -> bool:
-        return number in self._values
-
     def __call__(self, number: int) -> T | None:
         """The value with this number; None if its card has an error. Raises ValueError if the deck has none."""
+        if number not in self._values and number in self._unread:
+            raise ValueError(
+                f"names {self._unread[number]}, which is not understood; give {self._instead} instead, or {BY_MATRICES}"
+            )
         if number not in self._values:
             numbers = ", ".join(map(str, sorted(self._values)[:MAX_SHOWN])) or "none"
             raise ValueError(f"names {self._kind} {number}, which is not in the deck; {self._among} {numbers}")

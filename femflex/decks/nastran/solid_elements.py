@@ -8,7 +8,6 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.decks.builder import direction_key
-from femflex.decks.findings import BY_MATRICES
 from femflex.decks.nastran.bulk import ByNumber
 from femflex.decks.nastran.card import Card
 from femflex.decks.nastran.model import NastranModel, with_middles
@@ -32,12 +31,11 @@ def read_solid_elements(model: NastranModel) -> None:
     """Add the solids of a deck to the model."""
     bulk = model.bulk
     fluids = {card.integer(0) for card in bulk.cards.get("MAT10", ()) if card.is_integer(0)}
-    others = bulk.cards_named("PCOMPS", "PCOMPLS", "PLSOLID", use=False)
-    unsupported = {card.integer(0): card for card in others if card.is_integer(0)}
-    properties: ByNumber[Solid] = ByNumber(bulk, "property", "of solids it has")
+    unread = ("PCOMPS", "PCOMPLS", "PLSOLID")
+    properties: ByNumber[Solid] = ByNumber(bulk, "property", "of solids it has", unread, "PSOLID")
     properties.read_cards("PSOLID", lambda card: Solid(_material(model, card, fluids), card.integer(2, 0)))
     for name in KINDS:
-        bulk.for_each_card(lambda card: _solid(model, card, properties, unsupported), name)
+        bulk.for_each_card(lambda card: _solid(model, card, properties), name)
 
 
 def _material(model: NastranModel, card: Card, fluids: set[int]) -> Material | Orthotropic | Anisotropic | None:
@@ -47,7 +45,7 @@ def _material(model: NastranModel, card: Card, fluids: set[int]) -> Material | O
     return model.materials(card.integer(1)).solid()
 
 
-def _solid(model: NastranModel, card: Card, properties: ByNumber[Solid], unsupported: dict[int, Card]) -> None:
+def _solid(model: NastranModel, card: Card, properties: ByNumber[Solid]) -> None:
     number, pid, cells = card.integer(0), card.integer(1, card.integer(0)), KINDS[card.name]
     n_corners, n_nodes = sorted(cells)
     corners = [card.integer(2 + k) for k in range(n_corners)]
@@ -55,10 +53,6 @@ def _solid(model: NastranModel, card: Card, properties: ByNumber[Solid], unsuppo
     middles = [grids[k] for k in ORDER.get(cells[n_nodes], range(n_nodes))][n_corners:]
     if not model.grids.require(corners + [g for g in middles if g], card):
         return
-    if pid in unsupported and pid not in properties:
-        raise ValueError(
-            f"{card} names {unsupported[pid]}, which is not understood; give PSOLID instead, or {BY_MATRICES}"
-        )
     if (solid := properties(pid)) is None:
         return
     if (material := solid.material) is None:
