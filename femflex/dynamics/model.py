@@ -37,7 +37,7 @@ from femflex.dynamics.ledger.by_source import SWITCHED, terms
 from femflex.dynamics.ledger.without import resolve_name, without_named, without_reactions, without_terms
 from femflex.dynamics.linear.motion_scale import highest_frequency, motion_scales
 from femflex.dynamics.observe.diagnosis import diagnosis
-from femflex.dynamics.rate.rate import rate
+from femflex.dynamics.rate.rate import link_stages, rate
 from femflex.dynamics.report import Channels, Observation
 from femflex.dynamics.user_functions import check_user_functions
 from femflex.dynamics.workspace import Workspace
@@ -307,6 +307,7 @@ def compile_system(system: System) -> Model:
     if problems := sensor_problems(system, reported) + threshold_problems(system, reported):
         raise ValueError("\n".join(problems))
     table, pool, scratch = lower(system, force_terms())
+    link_stages(table)
     link_lengths(table)
     n_q = len(system.coordinate_names())
     n_u, n_z = len(system.velocity_names()), len(system.state_names())

@@ -15,7 +15,7 @@ from typing import Any
 
 import numba
 
-__all__ = ["FAST", "apart", "compile_ahead", "inner", "kernel", "part_options", "plain", "stored"]
+__all__ = ["FAST", "compile_ahead", "inner", "kernel", "part_options", "plain", "stored"]
 
 _config: Any = numba.config
 _njit: Any = numba.njit  # numba's own annotations do not cover all of it
@@ -121,20 +121,6 @@ def part_options() -> dict[str, Any]:
 
 
 inner = _njit(fastmath=FAST, error_model="numpy", **part_options())  # a part: only compiled code calls it
-
-
-def apart(function: Any) -> Any:
-    """A part that stays a function in kernels, for stages of a computation.
-
-    The compiler gives up some of its work on very large functions: with all stages inlined, the rate of a condensed
-    body takes 20 % more time.
-    """
-    if not plain():
-        from femflex.kernels.linking import APART
-
-        path = (*function.__module__.split("."), function.__name__)
-        APART.add("".join(f"{len(name)}{name}" for name in path) + "B")
-    return inner(function)
 
 
 def kernel(signature: Any) -> Any:

@@ -16,7 +16,6 @@ import numba.core.compiler
 from llvmlite.binding import Linkage
 
 Library: Any = numba.core.codegen.JITCodeLibrary  # numba's own annotations do not cover these
-APART: set[str] = set()  # parts of the mangled names of functions that stay functions in kernels
 SHORT = 20  # instructions up to which a function may be inlined in its callers
 LEFT_OUT = {  # steps for what parts do not have: closures, context managers, sums of arrays
     "WithLifting",
@@ -86,8 +85,6 @@ class _KernelLibrary(Library):  # type: ignore[misc]
         for function in self._final_module.functions:
             if not function.is_declaration and function.linkage == Linkage.linkonce_odr:
                 function.linkage = "private"
-                if any(name in function.name for name in APART):
-                    function.add_function_attribute("noinline")
         super()._optimize_final_module()
 
 

@@ -29,7 +29,7 @@ from femflex.dynamics.bodies.varying import add_flow_forces
 from femflex.dynamics.forces.gravity import find_center_of_mass, gravity_field, local_field
 from femflex.dynamics.joints.motion import write_spring_forces
 from femflex.dynamics.layout.records import ORBIT_NONE, W_BIAS, W_RESIST, W_TAU, body_of, header_of, term_of
-from femflex.kernels.compiled import apart, inner
+from femflex.kernels.compiled import inner
 from femflex.kernels.entries import INTEGER, NUMBERS, POINTERS, REAL, VOID, caller
 from femflex.kernels.lanes import offset
 from femflex.kernels.pairs import put_pair, zero_pair
@@ -72,7 +72,7 @@ def write_resistance(
             call_resist(term["resist"], t, q, u, c_d, c_k, term["at"], term["n"], table, pool, work)
 
 
-@apart
+@inner
 def write_forces(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
     """Write every body's bias wrench and elastic bias, and the forces of sprung joints, at the placed state."""
     head = header_of(table)

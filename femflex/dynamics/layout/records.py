@@ -46,9 +46,10 @@ HEADER = np.dtype(
             "orbit_state",  # work: radius, rate of O (3), C_NO (9), place, velocity, alpha of O (3), anomaly; craft (6)
             "angle_axes",  # pool: axis numbers of the reported attitude angles (3), C_QL (9)
             "total",  # work: centre of mass (3); uniform field, or that in which the centre of mass stays at O (3)
-            "left_out",  # address of LEFT_OUT (femflex.dynamics.rate.rate), 0 where all terms act
+            "placing", "loading",  # addresses of stages of femflex.dynamics.rate.rate
+            "left_out",  # address of a stage in place of both, 0 where all terms act
             "left_forces",  # work: (n_u,) that it writes, and its own room
-            "kept",  # pool: 1 or 0 for every row of femflex.dynamics.ledger.rows; read by LEFT_OUT alone
+            "kept",  # pool: 1 or 0 for every row of femflex.dynamics.ledger.rows; read by that stage alone
             "n_holds", "holds",  # HOLD records and where in the table they begin
             "n_terms", "terms",  # TERM records and where in the table they begin
             "account",  # work (A_SIZE): see A_*

@@ -40,7 +40,7 @@ from femflex.dynamics.ledger.rows import (
 )
 from femflex.dynamics.rate.auxiliary_states import copy_auxiliary_states
 from femflex.dynamics.rate.gathering import gather_residual
-from femflex.dynamics.rate.rate import LEFT_OUT, place_and_load_all
+from femflex.dynamics.rate.rate import STAGE, place_and_load_all
 from femflex.kernels.compiled import inner, kernel
 from femflex.kernels.entries import ARRAYS, MATRIX, VECTOR, VOID, entry
 from femflex.kernels.lanes import offset, pointer
@@ -74,7 +74,7 @@ def write_motion_rows(
         split_moving_mass(t, q, u, rows, spare, table, pool, work)
 
 
-@entry(LEFT_OUT)
+@entry(STAGE)
 def place_and_cancel(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
     """Place and load all bodies, and push the coordinates with the sum of the terms that `kept` leaves out."""
     head = header_of(table)

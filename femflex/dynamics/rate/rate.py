@@ -10,8 +10,9 @@ LENGTHS       solve_lengths(t, k, q, u, udot, table, pool, work)
               Before solution k of the accelerations: sets those of the free lengths, from the solution udot before.
 LENGTH_STEPS  step_lengths(t, k, q, v, vdot, out, c_d, table, pool, work)
               The same before solution k of Newton's correction of vdot; out (n_u,) is the solution before.
-LEFT_OUT      place_and_cancel(t, q, u, table, pool, work)
-              Places and loads all bodies, with forces on the coordinates that cancel the terms of eq. (9) left out.
+STAGE         place_all(t, q, u, table, pool, work), load_all, place_and_cancel
+              Places all bodies; writes the forces on them; or both, with forces on the coordinates that cancel the terms
+              of eq. (9) left out. The first two serve all kernels, which would compile them anew.
 """
 
 from __future__ import annotations
@@ -24,26 +25,32 @@ from femflex.dynamics.forces.base_frame import move_base
 from femflex.dynamics.forces.forces import clear_all_joint_forces, write_forces
 from femflex.dynamics.joints.coordinates import coordinate_rates
 from femflex.dynamics.joints.prescribed_motion import add_known_accelerations, prescribed_state
-from femflex.dynamics.layout.records import body_of, header_of
+from femflex.dynamics.layout.records import body_of, header_of, header_record
 from femflex.dynamics.rate.auxiliary_states import copy_auxiliary_states, write_auxiliary_rates
 from femflex.dynamics.rate.kinematics import place_body
 from femflex.dynamics.rate.recursion import accelerate, reduce_to_root
-from femflex.kernels.compiled import apart, inner, kernel
-from femflex.kernels.entries import ARRAYS, INTEGER, NUMBERS, POINTERS, REAL, VECTOR, VOID, caller
+from femflex.kernels.compiled import inner, kernel
+from femflex.kernels.entries import ARRAYS, INTEGER, NUMBERS, POINTERS, REAL, VECTOR, VOID, caller, entry
 from femflex.kernels.lanes import offset, pointer
 
 RATE = VOID(REAL, VECTOR, VECTOR, *ARRAYS)
 CONSTRAIN = VOID(REAL, NUMBERS, NUMBERS, NUMBERS, INTEGER, *POINTERS)
 LENGTHS = VOID(REAL, INTEGER, NUMBERS, NUMBERS, NUMBERS, *POINTERS)
 LENGTH_STEPS = VOID(REAL, INTEGER, NUMBERS, NUMBERS, NUMBERS, NUMBERS, REAL, *POINTERS)
-LEFT_OUT = VOID(REAL, NUMBERS, NUMBERS, *POINTERS)
-call_constrain, call_lengths, call_length_steps, call_left_out = (
-    caller(kind) for kind in (CONSTRAIN, LENGTHS, LENGTH_STEPS, LEFT_OUT)
+STAGE = VOID(REAL, NUMBERS, NUMBERS, *POINTERS)
+call_constrain, call_lengths, call_length_steps, call_stage = (
+    caller(kind) for kind in (CONSTRAIN, LENGTHS, LENGTH_STEPS, STAGE)
 )
 
 
-@apart
-def place_bodies(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
+def link_stages(table: Table) -> None:
+    """Fill in the addresses of the stages that all models have."""
+    head = header_record(table)
+    head["placing"], head["loading"] = place_all.address, load_all.address
+
+
+@entry(STAGE)
+def place_all(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
     """Place every body at the state (q, u) and write its moments."""
     move_base(t, table, pool, work)
     if header_of(table)["n_varying"] > 0:
@@ -58,13 +65,25 @@ def place_bodies(t: float, q: Array, u: Array, table: Table, pool: Array, work: 
         call_add_mass(header_of(table)["add_mass"], t, table, pool, work)
 
 
+@entry(STAGE)
+def load_all(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
+    """Write all forces but those of constraints on the placed bodies, no term left out."""
+    if header_of(table)["constrain"] != 0:
+        clear_all_joint_forces(table, work)
+    write_forces(t, q, u, table, pool, work)
+
+
+@inner
+def place_bodies(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
+    """Place every body at the state (q, u) and write its moments."""
+    call_stage(header_of(table)["placing"], t, q, u, table, pool, work)
+
+
 @inner
 def place_and_load_all(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
     """Place every body at the state (q, u), and write all forces but those of constraints, no term left out."""
     place_bodies(t, q, u, table, pool, work)
-    if header_of(table)["constrain"] != 0:
-        clear_all_joint_forces(table, work)
-    write_forces(t, q, u, table, pool, work)
+    call_stage(header_of(table)["loading"], t, q, u, table, pool, work)
 
 
 @inner
@@ -72,7 +91,7 @@ def place_and_load(t: float, q: Array, u: Array, table: Table, pool: Array, work
     """Place every body at the state (q, u), and write all forces that act but those of constraints."""
     head = header_of(table)
     if head["left_out"] != 0:
-        call_left_out(head["left_out"], t, q, u, table, pool, work)
+        call_stage(head["left_out"], t, q, u, table, pool, work)
     else:
         place_and_load_all(t, q, u, table, pool, work)
 
