@@ -28,7 +28,7 @@ from femflex.dynamics.layout.records import body_of, body_records, header_of, he
 from femflex.dynamics.layout.variations import WORKED
 from femflex.dynamics.layout.written_blocks import write_block
 from femflex.dynamics.rate.auxiliary_states import copy_auxiliary_states, place_of_length
-from femflex.dynamics.rate.drum_force import call_drum_force, change_power, drum_force
+from femflex.dynamics.rate.drum_force import call_drum_force, drum_force
 from femflex.dynamics.rate.gathering import gather_residual
 from femflex.dynamics.rate.rate import LENGTH_STEPS, LENGTHS, place_and_load
 from femflex.kernels.compiled import inner
@@ -46,14 +46,12 @@ def link_length_steps(table: Table) -> None:
 
 
 def link_lengths(table: Table) -> None:
-    """Fill in the addresses of the functions of bodies that vary: those that solve for free lengths, and of reports."""
-    head, bodies = header_record(table), body_records(table)
+    """Fill in the addresses of the functions of bodies with a length: for reports, and for free lengths."""
+    head = header_record(table)
     if head["n_free"]:
         head["solve_lengths"] = solve_lengths.address
-    if bodies["unit"].any():
+    if body_records(table)["unit"].any():
         head["drum_force"] = drum_force.address
-    if (bodies["varies"] & (bodies["unit"] == 0)).any():
-        head["change_power"] = change_power.address
 
 
 @inner

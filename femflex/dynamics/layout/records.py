@@ -62,7 +62,7 @@ HEADER = np.dtype(
             "n_varying",  # bodies whose properties depend on time
             "n_free",  # of these, ones whose length is free; their accelerations stand behind z
             "solve_lengths", "step_lengths",  # addresses of LENGTHS and LENGTH_STEPS, 0 without free lengths
-            "drum_force", "change_power",  # addresses (femflex.dynamics.rate.drum_force), 0 where no body has one
+            "drum_force",  # address (femflex.dynamics.rate.drum_force), 0 where no body has one
             "lack", "needs",  # work (n_u,), (n_free, n_free + 1) and 3: for these accelerations, see free_lengths
         )
     ]

@@ -21,19 +21,23 @@ from femflex.arrays import Array, Table
 from femflex.dynamics.bodies.varying import length_motion
 from femflex.dynamics.constraints.free_lengths import add_constraint_work, write_unit_blocks
 from femflex.dynamics.forces.marker_forces import clear_work_per_length
-from femflex.dynamics.layout.records import body_of, header_of
+from femflex.dynamics.layout.records import body_of, body_records, header_of
 from femflex.dynamics.observe.row import worded
-from femflex.dynamics.rate.drum_force import call_change_power, call_drum_force, exit_density
+from femflex.dynamics.rate.drum_force import call_drum_force, change_power, exit_density, growth_power
 from femflex.kernels.compiled import kernel
 from femflex.kernels.entries import ARRAYS, MATRIX, REAL, VOID
 from femflex.kernels.lanes import pointer
+from femflex.kernels.vectors import load3
 from femflex.system import Channel, LengthTable, System
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
 PREPARE, CHANGES = VOID(REAL, *ARRAYS), VOID(REAL, MATRIX, *ARRAYS)
-N_CHANGES = 8  # numbers of a body, as `write_changes` writes them
+N_CHANGES = 8  # numbers of a body, as `gather_changes` writes them
+
+
+MASS_ALONE = {"mass", "growth", "damping"}  # parts whose change has no power but that of arriving mass
 
 
 @kernel(PREPARE)
@@ -44,36 +48,63 @@ def prepare_lengths(t: float, table: Table, pool: Array, work: Array) -> None:
 
 
 @kernel(CHANGES)
-def write_changes(t: float, out: Array, table: Table, pool: Array, work: Array) -> None:
-    """out (n_bodies, N_CHANGES): mass, power of the change; length, rate, acceleration, drum force, exit densities.
-
-    At the state whose residual was gathered last, after `prepare_lengths`. Of bodies without a length all numbers after
-    the power are zero, of those with one the power. The last two are kappa and that of a member that is not deflected.
-    """
+def write_lengths(t: float, out: Array, table: Table, pool: Array, work: Array) -> None:
+    """Write length, rate, acceleration, drum force and exit densities of bodies with a length to out[:, 2:]."""
     records, numbers, scratch = pointer(table), pointer(pool), pointer(work)
     head = header_of(records)
     if head["left_out"] == 0:
         add_constraint_work(records, numbers, scratch)
     for i in range(1, head["n_bodies"]):
         b = body_of(records, i)
-        out[i, 0] = numbers[b["mass"]]
         if b["unit"] > 0:
             L, U, acceleration = length_motion(t, b, records, numbers, scratch)
             out[i, 2], out[i, 3], out[i, 4] = L, U, acceleration
             out[i, 5] = call_drum_force(head["drum_force"], i, U, acceleration, records, numbers, scratch)
             if b["flows"] and b["pickup"] > 0:
                 out[i, 6], out[i, 7] = exit_density(b, numbers, scratch), numbers[b["pickup"] + b["unit"] - b["block"]]
-        elif b["varies"]:
-            out[i, 1] = call_change_power(head["change_power"], i, records, numbers, scratch)
+
+
+@kernel(CHANGES)
+def write_powers(t: float, out: Array, table: Table, pool: Array, work: Array) -> None:
+    """Write the power of bodies that vary without a length to out[:, 1], but for that of arriving mass."""
+    records, numbers, scratch = pointer(table), pointer(pool), pointer(work)
+    for i in range(1, header_of(records)["n_bodies"]):
+        if body_of(records, i)["varies"] and body_of(records, i)["unit"] == 0:
+            out[i, 1] = change_power(i, records, numbers, scratch)
+
+
+@kernel(CHANGES)
+def add_growth_powers(t: float, out: Array, table: Table, pool: Array, work: Array) -> None:
+    """Add the power of arriving mass to out[:, 1]."""
+    records, numbers, scratch = pointer(table), pointer(pool), pointer(work)
+    head = header_of(records)
+    for i in range(1, head["n_bodies"]):
+        b = body_of(records, i)
+        if b["growth"] > 0 and b["unit"] == 0:
+            out[i, 1] += growth_power(b, load3(numbers, head["gravity"]), numbers, scratch)
 
 
 def gather_changes(model: Model, t: float, x: Array, out: Array) -> None:
-    """Write the changes of the bodies at the state x (n_x,) to out; motion and joint forces stay in the work array."""
+    """Write the changes of the bodies at the state x (n_x,) to out (n_bodies, N_CHANGES), which is zero beforehand.
+
+    They are mass, power of the change; length, rate, acceleration, drum force, exit densities: kappa and that of a
+    member that is not deflected. Those of bodies with a length have no power, all others nothing after the power.
+    Motion and joint forces stay in the work array.
+    """
+    bodies, variations = body_records(model.table), model.system.varying.values()
+    has_lengths = bool(bodies["unit"].any())
     udot = np.array(model.parts(model.state_rate(t, x))[1])
-    prepare_lengths(t, *model.workspace.arrays)
+    if has_lengths:
+        prepare_lengths(t, *model.workspace.arrays)
     with nullcontext() if model.constraints is None or model.reduced else model.constraints.pushed():
         model.residual(t, x, udot)
-    write_changes(t, out, *model.workspace.arrays)
+    out[1:, 0] = model.pool[bodies["mass"][1:]]
+    if has_lengths:
+        write_lengths(t, out, *model.workspace.arrays)
+    if any(set(variation.acting) - MASS_ALONE for variation in variations):
+        write_powers(t, out, *model.workspace.arrays)
+    if bodies["growth"].any():
+        add_growth_powers(t, out, *model.workspace.arrays)
 
 
 def lengths_of(system: System) -> dict[str, LengthTable]:
@@ -104,7 +135,7 @@ def drum_channels(name: str, table: LengthTable) -> dict[str, Channel]:
 
 
 def drum_values(table: LengthTable, changes: Array) -> list[Array]:
-    """Values (n_t,) of CHANNELS from what `write_changes` has written of a body, (N_CHANGES, n_t)."""
+    """Values (n_t,) of CHANNELS from what `gather_changes` has written of a body, (N_CHANGES, n_t)."""
     _, _, L, U, acceleration, force, kappa, density = changes
     torque = 0.0 * force if table.drum_radius is None else force * table.drum_radius
     return [L, U, acceleration, force, force * U, 0.5 * np.abs(U) ** 3 * kappa, density * U**2, torque]

@@ -37,8 +37,8 @@ from femflex.kernels.vectors import (
 )
 from femflex.system.variation import COLUMNS
 
-DRUM_FORCE, CHANGE_POWER = REAL(INTEGER, REAL, REAL, *POINTERS), REAL(INTEGER, *POINTERS)
-call_drum_force, call_change_power = caller(DRUM_FORCE), caller(CHANGE_POWER)
+DRUM_FORCE = REAL(INTEGER, REAL, REAL, *POINTERS)
+call_drum_force = caller(DRUM_FORCE)
 
 
 @inner
@@ -251,9 +251,9 @@ def drum_force(i: int, rate: float, acceleration: float, table: Table, pool: Arr
     return force
 
 
-@entry(CHANGE_POWER)
+@inner
 def change_power(i: int, table: Table, pool: Array, work: Array) -> float:
-    """Power of the change of body i at the gathered state [W], from its own block."""
+    """Power of the change of body i at the gathered state [W], from its own block, but for that of arriving mass."""
     b = body_of(table, i)
     complete_accelerations(b, work)
     power = strain_forces(b, 0, pool, work) + joint_forces(i, 0, table, pool, work)
@@ -261,8 +261,6 @@ def change_power(i: int, table: Table, pool: Array, work: Array) -> float:
         zero = pool[b["rates"] + SPEED]
         power += moving_force(b, 0, table, pool, work) + half_speed_rate(b, 0, pool, work)
         power += 2.0 * bilinear_form(pool, b["speeds"], zero, b, work, b["ddelta"], 0.0)
-    if b["growth"] > 0:
-        power += growth_power(b, load3(pool, header_of(table)["gravity"]), pool, work)
     return power
 
 

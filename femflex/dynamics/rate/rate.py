@@ -11,8 +11,8 @@ LENGTHS       solve_lengths(t, k, q, u, udot, table, pool, work)
 LENGTH_STEPS  step_lengths(t, k, q, v, vdot, out, c_d, table, pool, work)
               The same before solution k of Newton's correction of vdot; out (n_u,) is the solution before.
 STAGE         place_all(t, q, u, table, pool, work), load_all, place_and_cancel
-              Places all bodies; writes the forces on them; or both, with forces on the coordinates that cancel the terms
-              of eq. (9) left out. The first two serve all kernels, which would compile them anew.
+              Places all bodies; writes the forces on them; does both, with forces on the coordinates that cancel the
+              terms of eq. (9) left out. The first two serve all kernels, which would compile them anew.
 """
 
 from __future__ import annotations
