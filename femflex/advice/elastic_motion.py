@@ -31,8 +31,8 @@ from femflex.dynamics.linear.freedoms import (
     least_multipliers,
     slack_of_loops,
 )
-from femflex.dynamics.linear.rigid_motions import BodyMotion, body_motions
 from femflex.dynamics.model import Model, compile_system
+from femflex.equilibria.rigid_motions import BodyMotion, body_motions
 from femflex.system import Environment, Frame, LengthTable, System
 
 ELASTIC = 0.01  # share of a motion's potential energy in the shapes of bodies, from which on it is an elastic mode

@@ -27,11 +27,11 @@ from femflex.dynamics.joints.places import prescribed_states
 from femflex.dynamics.layout.records import BALL_NONE, BALL_QUATERNION, body_records
 from femflex.dynamics.ledger.by_source import SWITCHED
 from femflex.dynamics.linear.equations import linearised
-from femflex.dynamics.linear.equilibrium import rest_equilibrium, with_loads_of
 from femflex.dynamics.linear.freedoms import free_directions, is_prescribed, refuse_rolling, usual_sizes
 from femflex.dynamics.linear.increments import displaced, increment_between
 from femflex.dynamics.linear.states import effector_states
 from femflex.dynamics.model import Model, compile_system
+from femflex.equilibria.equilibrium import rest_equilibrium, with_loads_of
 from femflex.integrate import Block
 from femflex.integrate import resume as head
 from femflex.integrate.driver import collected

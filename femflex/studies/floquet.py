@@ -196,7 +196,7 @@ def _trivial_names(motions: _NearbyMotions, x: Array, steps: list[Array]) -> tup
 
 def _symmetries(motions: _NearbyMotions, x: Array) -> list[tuple[str, Array]]:
     """Departures (n,) that give the same motion later, or at another position or attitude of the base frame."""
-    from femflex.dynamics.linear.rigid_motions import MOTIONS, body_motions, rigid_fields
+    from femflex.equilibria.rigid_motions import MOTIONS, body_motions, rigid_fields
 
     model = motions.model
     fields, is_free = rigid_fields(model, body_motions(model, x), np.eye(3))

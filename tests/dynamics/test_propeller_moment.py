@@ -14,7 +14,7 @@ from support.random_table import DependentTree, at_rest, elastic_forces
 from femflex import fem
 from femflex.dynamics import compile_system
 from femflex.dynamics.linear.equations import linearised
-from femflex.dynamics.linear.equilibrium import equilibrium
+from femflex.equilibria.equilibrium import equilibrium
 from femflex.integrate import integrator
 from femflex.mesh import box, line
 from femflex.reduction import (

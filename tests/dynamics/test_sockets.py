@@ -17,7 +17,7 @@ from femflex.body import Marker
 from femflex.body.flexible import rigid_body
 from femflex.dynamics import compile_system
 from femflex.dynamics.linear.equations import linearised
-from femflex.dynamics.linear.equilibrium import equilibrium
+from femflex.equilibria.equilibrium import equilibrium
 from femflex.integrate import Dop853, Esdirk4, IntegrationError
 from femflex.pipeline import rebuilt
 from femflex.system import (

@@ -11,7 +11,7 @@ from support.elastica import beam
 
 from femflex import fem
 from femflex.dynamics import compile_system
-from femflex.dynamics.linear.equilibrium import equilibrium
+from femflex.equilibria.equilibrium import equilibrium
 from femflex.integrate import integrator
 from femflex.system import Frame, Profile, assembled, revolute, weld
 

@@ -9,13 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from femflex.equilibria.system_modes import system_modes
 from support.wave_files import write_capytaine, write_wamit
 
 import femflex
 from femflex import read_case
 from femflex.case import parse_case
-from femflex.dynamics.linear.system_modes import system_modes
 from femflex.dynamics.model import compile_system
+from femflex.equilibria.system_modes import system_modes
 from femflex.hydrodynamics import WaveData, fitted, read_wave_data
 from femflex.pipeline.start import system_of
 

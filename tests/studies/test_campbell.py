@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from femflex.case.stability import stability_table
+from femflex.equilibria.equilibrium import EquilibriumError
 from support.effector_builders import reaction_wheel, without_axial_inertia
 from support.rotating_beams import Rotating
 from support.small_cases import sprung_wheels
@@ -15,7 +17,7 @@ from support.small_cases import sprung_wheels
 from femflex.body import Marker, rigid_body
 from femflex.case.campbell import stability_table
 from femflex.case.read import parse_case
-from femflex.dynamics.linear.equilibrium import EquilibriumError
+from femflex.equilibria.equilibrium import EquilibriumError
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body
 from femflex.studies.campbell import axis_of, campbell, case_campbell, case_steps, diagram_of, value_diagram
 from femflex.studies.stability import case_stability

@@ -14,7 +14,7 @@ import numpy as np
 
 from femflex import fem, reduction
 from femflex.dynamics import compile_system
-from femflex.dynamics.linear.equilibrium import equilibrium
+from femflex.equilibria.equilibrium import equilibrium
 from femflex.integrate import integrator
 from femflex.mesh import rectangle
 from femflex.reduction.boundary.rigid import held_dofs

@@ -1,1 +1,1 @@
-"""States of rest, small motions about them, and their frequencies."""
+"""The linear equations of motion about a state, and what scales of frequency and motion follow from them."""

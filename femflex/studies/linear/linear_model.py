@@ -18,13 +18,13 @@ from scipy.linalg import eigh
 
 from femflex.arrays import Array
 from femflex.dynamics.linear.equations import Linearised, linearised
-from femflex.dynamics.linear.equilibrium import Equilibrium, rest_equilibrium, rest_system
 from femflex.dynamics.linear.freedoms import usual_sizes
 from femflex.dynamics.linear.increments import STEPS, displaced, local_derivative, on_line
 from femflex.dynamics.linear.states import effector_states
-from femflex.dynamics.linear.system_modes import SystemModes, modes_about
 from femflex.dynamics.model import Model, compile_system
 from femflex.effectors.constant_commands import FOLLOWER, UNIT, with_followers_of, with_held_commands
+from femflex.equilibria.equilibrium import Equilibrium, rest_equilibrium, rest_system
+from femflex.equilibria.system_modes import SystemModes, modes_about
 from femflex.noun.problems import suggestion_text
 from femflex.studies.linear.inputs import Input, default_inputs, inputs_of
 from femflex.studies.linear.space import StateSpace

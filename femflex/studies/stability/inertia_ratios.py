@@ -21,9 +21,9 @@ from femflex.body import MassMoments, rigid_body
 from femflex.case.campbell import RATIOS
 from femflex.dynamics import compile_system
 from femflex.dynamics.linear.equations import linearised
-from femflex.dynamics.linear.equilibrium import EquilibriumError, rest_equilibrium
 from femflex.dynamics.linear.freedoms import frame_rate, usual_sizes
-from femflex.dynamics.linear.small_motions import growth_threshold, spectrum
+from femflex.equilibria.equilibrium import EquilibriumError, rest_equilibrium
+from femflex.equilibria.small_motions import growth_threshold, spectrum
 from femflex.pipeline.linear_motion import nominal_state
 from femflex.rotations import dcm_from_quaternion
 from femflex.studies.stability.judgement import Judgement, judgement_of_matrices, no_judgement

@@ -9,9 +9,9 @@ import numpy as np
 from femflex.arrays import Array, ComplexArray
 from femflex.case import CaseError
 from femflex.dynamics.linear.equations import linearised
-from femflex.dynamics.linear.equilibrium import Equilibrium, EquilibriumError, rest_equilibrium
 from femflex.dynamics.linear.freedoms import frame_rate, usual_sizes
-from femflex.dynamics.linear.system_modes import modes_about
+from femflex.equilibria.equilibrium import Equilibrium, EquilibriumError, rest_equilibrium
+from femflex.equilibria.system_modes import modes_about
 from femflex.integrate import IntegrationError
 from femflex.studies.floquet import floquet, periodic_state
 from femflex.system import System

@@ -8,7 +8,7 @@ for a displacement t and a rotation theta (both constant in inertial axes, the d
 
 so that their eigenvalues are 0 along the spin axis and +-i Omega across it, double and defective for drift. Found
 numerically they would split by the root of the rounding and look like slow growth; they are taken out before instead
-(`femflex.dynamics.linear.small_motions`).
+(`femflex.equilibria.small_motions`).
 """
 
 from __future__ import annotations

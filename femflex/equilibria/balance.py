@@ -21,7 +21,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.dynamics.linear.freedoms import freedom_names, least_multipliers
-from femflex.dynamics.linear.steady import Steady
+from femflex.equilibria.steady import Steady
 
 Merit = Callable[[Array], float]  # of the forces that are left (n_u,)
 

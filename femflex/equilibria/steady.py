@@ -20,8 +20,8 @@ from femflex.dynamics.linear.freedoms import (
 )
 from femflex.dynamics.linear.increments import advanced
 from femflex.dynamics.linear.states import settled_states, state_equations
-from femflex.dynamics.linear.still import controlled_rotors, frozen_system, with_coasting_rotors, without_damping
 from femflex.dynamics.model import Model, compile_system
+from femflex.equilibria.still import controlled_rotors, frozen_system, with_coasting_rotors, without_damping
 from femflex.system import Effector, Environment, Frame, System
 
 SLACK = 1e-12  # of the largest: stiffness of a direction that neither shapes nor springs resist

@@ -9,10 +9,10 @@ import numpy as np
 
 from femflex.arrays import Array, BoolArray, ComplexArray, IntArray
 from femflex.body import FlexibleBody, Skin
-from femflex.dynamics.linear.character import motion_character, numbered_names
-from femflex.dynamics.linear.equilibrium import Equilibrium, rest_equilibrium
-from femflex.dynamics.linear.rigid_motions import BodyMotion
 from femflex.effectors.constant_commands import stands_for_controller, with_held_commands
+from femflex.equilibria.character import motion_character, numbered_names
+from femflex.equilibria.equilibrium import Equilibrium, rest_equilibrium
+from femflex.equilibria.rigid_motions import BodyMotion
 from femflex.summary import Rows, Summarised
 from femflex.system import Effector, System
 

@@ -10,7 +10,7 @@ from femflex.arrays import Array
 from femflex.dynamics.effector_states import with_settled_starts
 from femflex.dynamics.linear.freedoms import freedom_names, is_prescribed, usual_sizes
 from femflex.dynamics.linear.increments import jacobian
-from femflex.dynamics.linear.steady import Steady, elastic_freedoms
+from femflex.equilibria.steady import Steady, elastic_freedoms
 from femflex.dynamics.model import Model, compile_system
 from femflex.system import System, started
 
