@@ -5,10 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from femflex.cli.advice_lines import print_reasons
 from femflex.cli.options import MOVIE, PICTURE, REPORT
 from femflex.cli.progress import Bar, Patience
-from femflex.cli.tables import CellValue, print_folded, print_line, print_table, print_title, printed
+from femflex.cli.tables import CellValue, print_folded, print_line, print_reasons, print_table, print_title, printed
 
 if TYPE_CHECKING:
     from femflex.case import Case

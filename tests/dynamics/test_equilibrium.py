@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from femflex.equilibria.equilibrium import equilibrium
 from scipy.optimize import brentq, minimize_scalar
 from support.elastica import EI, LENGTH, MATTIASSON, SECTION, beam, cantilever, elastica
 from support.mechanisms import four_bar
@@ -14,8 +13,8 @@ from support.mechanisms import four_bar
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system
 from femflex.dynamics.linear.equations import linearised
-from femflex.equilibria.settled import settled
 from femflex.equilibria.equilibrium import equilibrium
+from femflex.equilibria.settled import settled
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body
 from femflex.rotations import dcm_from_angles, quaternion_from_dcm
 from femflex.system import (

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from femflex.equilibria.system_modes import modes_about
 from support.effector_builders import (
     Sensor,
     Supply,

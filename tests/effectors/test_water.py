@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from femflex.equilibria.system_modes import system_modes
 from support.wave_files import write_capytaine, write_wamit
 
 import femflex

@@ -8,8 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from femflex.case.stability import stability_table
-from femflex.equilibria.equilibrium import EquilibriumError
 from support.effector_builders import reaction_wheel, without_axial_inertia
 from support.rotating_beams import Rotating
 from support.small_cases import sprung_wheels
