@@ -433,3 +433,77 @@ def test_surging_fairlead_pulls_a_line_as_that_of_moordyn(tmp_path):
     expected = np.interp(t[second], 0.02 * np.arange(1, 1201), theirs)
     assert force[second] == pytest.approx(expected, abs=0.04 * np.ptp(expected) / 2)
     assert np.ptp(force[second]) == pytest.approx(np.ptp(expected), rel=0.012)
+
+
+CHAIN = """
+[run]
+duration = 20
+output_step = 0.1
+rtol = 1e-6
+[environment]
+gravity = 9.80665
+[water.sea]
+depth = DEPTH
+floor_stiffness = 1e5
+floor_damping = 1e4
+friction = 0.5
+[bodies.fairlead]
+kind = "rigid"
+mass = 1
+[bodies.anchor]
+kind = "rigid"
+mass = 1
+markers.fairlead = { position = [-SPAN, 0, DEPTH] }
+[[joints]]
+kind = "prismatic"
+child = "fairlead"
+axis = "z"
+motion.position = { kind = "sine", amplitude = 2, frequency = 0.1 }
+[[joints]]
+kind = "weld"
+child = "anchor"
+child_marker = "fairlead"
+[cables.line]
+parent = "anchor"
+body = "fairlead"
+length = LENGTH
+EA = 1.674e9
+damping = 1.97e4
+mass_per_length = 390
+masses = 41
+start = "hanging"
+[wet_members.water]
+cable = "line"
+diameter = 0.252
+Cd = 1.37
+Cf = 0.64
+"""
+RESTING = [(50, 400, 410, 991.6, 826.2), (200, 700, 760, 2065.4, 1402.2), (600, 1500, 1700, 5232.6, 3244.2)]
+
+
+def chain(depth, span, length):
+    return CHAIN.replace("DEPTH", str(depth)).replace("SPAN", str(span)).replace("LENGTH", str(length))
+
+
+@pytest.mark.parametrize(("depth", "span", "length", "fairlead", "anchor"), RESTING)
+def test_chains_of_moordyn_pull_as_published(tmp_path, depth, span, length, fairlead, anchor):
+    """Tensions in kN by quasi-static programs, of MoorDyn's test quasi_static_chain, which allows 10 %."""
+    model = model_of(tmp_path, chain(depth, span, length))
+    force = model.observe(np.zeros(1), model.x0[None])["effectors/line/force"][0] / 1e3
+    assert np.linalg.norm(force[-3:]) == pytest.approx(fairlead, rel=0.015)
+    assert np.linalg.norm(force[:3]) == pytest.approx(anchor, rel=0.015)
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::femflex.warning.PhysicsWarning")
+def test_heaving_fairlead_pulls_a_chain_as_that_of_orcaflex(tmp_path):
+    """Heave of 2 m within 10 s: tension in kN at t = 10 s + k s, of the same test (WD0050_Chain_ZZP1_A1).
+
+    Its tolerance is 15 % of twice the largest change from rest, 991.6 kN.
+    """
+    published = [1091.072, 1068.128, 990.067, 974.962, 928.686, 900.043, 925.501, 985.74, 987.182, 1043.145, 1092.095]
+    with femflex.run(parse_case(chain(*RESTING[0][:3]), path=tmp_path / "c.toml"), tmp_path / "run.h5") as run:
+        tension = np.linalg.norm(run["effectors/line/force"][:, -3:], axis=1) / 1e3
+    change, expected = tension[100::10] - tension[0], np.array(published) - 991.6
+    assert change == pytest.approx(expected, abs=0.15 * 2 * np.abs(expected).max())
+    assert np.ptp(tension[100:]) == pytest.approx(193.996, rel=0.05)
