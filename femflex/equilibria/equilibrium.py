@@ -1,7 +1,8 @@
 """Equilibria: rest in the base frame under constant loads, steady spin, or the gravity gradient of a circular orbit.
 
 Newton's method (femflex.equilibria.balance) on the compiled residual with u = du/dt = 0. Where it does not
-get there at once, the outer forces grow from zero to full share in steps (continuation). Coordinates that nothing
+get there at once, the outer forces grow from zero to full share in steps (continuation); where that fails too, as with
+slack cables, it starts from where a motion comes to rest (femflex.equilibria.relaxation). Coordinates that nothing
 resists (a free body's place, the angle of an axle) are held: they move along the least change, and no force may
 remain along them.
 """
@@ -19,6 +20,7 @@ from femflex.dynamics.linear.motion_scale import damped
 from femflex.dynamics.model import Model, compile_system
 from femflex.effectors.constant_commands import with_held_commands
 from femflex.equilibria.balance import BALANCED, LEVEL, Balance, balance, finely_balanced, stable_state_below
+from femflex.equilibria.relaxation import relaxed_states
 from femflex.equilibria.small_motions import SmallMotions, small_motions
 from femflex.equilibria.steady import Steady, steady
 from femflex.equilibria.still import frozen_system, without_variation
@@ -169,7 +171,13 @@ def equilibrium(system: System, at: float | None = None, stable: bool = False) -
     if not problem.full.n_u:
         raise ValueError(NO_FREE_COORDINATE)
     start = problem.full.x0[: problem.full.n_q].copy()
-    result = _by_continuation(problem, start)
+    try:
+        result = _by_continuation(problem, start)
+    except EquilibriumError:
+        relaxed = _by_relaxation(problem, start)
+        if relaxed is None:
+            raise
+        result = relaxed
     return result if not stable or result.stable else _stable_equilibrium_from(problem, result, start)
 
 
@@ -241,6 +249,8 @@ def _by_continuation(problem: Steady, start: Array) -> Equilibrium:
         elif first and (preloaded := _balance_with_preload(problem, q)) is not None:
             count += preloaded.iterations
             trial, q, share = preloaded, preloaded.q, 1.0
+        elif first and not problem.elastic.any():  # without loads nothing holds it anywhere
+            raise _failed(problem, q, 0.0, count, trial)
         elif first:  # not at once: from the unloaded state, in steps
             unloaded = balance(problem, q, 0.0)
             count += unloaded.iterations
@@ -258,6 +268,18 @@ def _by_continuation(problem: Steady, start: Array) -> Equilibrium:
         first = False
     result = finely_balanced(problem, trial)
     return _as_equilibrium(problem, result, result.q, 1.0, count)
+
+
+def _by_relaxation(problem: Steady, start: Array) -> Equilibrium | None:
+    """Return the equilibrium at which motion from the initial coordinates comes to rest; None where it does not."""
+    count = 0
+    for q in relaxed_states(problem, start):
+        trial = balance(problem, q, 1.0)
+        count += trial.iterations
+        if trial.balanced:
+            result = finely_balanced(problem, trial)
+            return _as_equilibrium(problem, result, result.q, 1.0, count)
+    return None
 
 
 def _balance_with_preload(problem: Steady, q: Array) -> Balance | None:

@@ -12,7 +12,7 @@ import pytest
 from support.wave_files import write_capytaine, write_wamit
 
 import femflex
-from femflex import read_case
+from femflex import equilibrium, read_case
 from femflex.case import parse_case
 from femflex.dynamics.model import compile_system
 from femflex.equilibria.system_modes import system_modes
@@ -492,6 +492,17 @@ def test_chains_of_moordyn_pull_as_published(tmp_path, depth, span, length, fair
     force = model.observe(np.zeros(1), model.x0[None])["effectors/line/force"][0] / 1e3
     assert np.linalg.norm(force[-3:]) == pytest.approx(fairlead, rel=0.015)
     assert np.linalg.norm(force[:3]) == pytest.approx(anchor, rel=0.015)
+
+
+def test_chain_that_starts_straight_and_slack_comes_to_hang(tmp_path):
+    """Its equilibrium is that from the start as it hangs: in part on the floor, with the tension of the catenary."""
+    text = chain(*RESTING[0][:3]).replace("masses = 41", "masses = 8")
+    straight, hanging = (
+        equilibrium(model_of(tmp_path, text.replace("hanging", start)).system, at=0.0)
+        for start in ("straight", "hanging")
+    )
+    assert straight.q == pytest.approx(hanging.q, abs=1e-5)
+    assert straight.stable
 
 
 @pytest.mark.slow
