@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Self, TypedDict, Unpack
+from typing import Any, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from femflex.view.paint import EVERY, BodyPaint, quantity_of_colour
 from femflex.view.surface import MESH_LINE_GAP, VISIBLE, breadth, surface_of, twist_of
 from femflex.view.theme import Theme, theme_of
 from femflex.view.units import Bar
-from femflex.view.window import Drawing, Image, open_window, place_camera, screenshot_of
+from femflex.view.window import Drawing, Image, Window, open_window, screenshot_of
 from femflex.writing import atomic_file
 
 AMPLITUDE = 0.14  # largest displacement drawn, parts of the body's size
@@ -208,24 +208,22 @@ def _hertz(frequency: float) -> str:
     return f"{frequency / 1e3:#.4g} kHz" if frequency >= 1e4 else f"{frequency:#.4g} Hz"
 
 
-class _ModeScene:
+class _ModeScene(Window):
     """A window with one body or craft, deformed by one shape at a time over its undeformed outline."""
 
     def __init__(
         self, skin: Skin, theme: Theme, size: tuple[int, int], view: Any, samples: int, paint: ShapePaint | None
     ) -> None:
-        self._skin, self._samples, self._unit = skin, samples, np.zeros(len(skin.shapes))
-        self._quadrature, self._twist = self._unit, twist_of(skin)
-        width, height = size[0] * samples, size[1] * samples
-        self._plotter = open_window((width, height), theme)
-        self._size = float(np.linalg.norm(np.ptp(skin.points, axis=0))) or 1.0
+        self._skin, self._unit, self._twist = skin, np.zeros(len(skin.shapes)), twist_of(skin)
+        self._quadrature, self._extent = self._unit, float(np.linalg.norm(np.ptp(skin.points, axis=0))) or 1.0
         camera = self._camera(view, size[0] / size[1])
-        place_camera(self._plotter, camera)
+        super().__init__(size, theme, camera, samples)
+        width, height = self._size
         slender = breadth(skin) * camera.pixels(size[1]) < VISIBLE
         surface = surface_of(skin, "thick" if slender else "auto", MESH_LINE_GAP / camera.pixels(size[1]))
         pixel = height / 720 + 0.35 * samples
         self._paint = paint
-        bar = Bar(1.0, "", AMPLITUDE * self._size, 4)
+        bar = Bar(1.0, "", AMPLITUDE * self._extent, 4)
         if self._paint is not None:
             bar = Bar(1.0, "", 1.0, 4, self._paint.signed)
         self._body = BodyActor(self._plotter, surface, theme.rigid[0], theme, bar, pixel, self._paint)
@@ -241,7 +239,7 @@ class _ModeScene:
         largest = self._skin.max_displacement[number]
         self._unit = np.zeros(len(self._skin.shapes))
         if largest:
-            self._unit[number] = min(AMPLITUDE * self._size / largest, TWISTED / max(self._twist[number], 1e-300))
+            self._unit[number] = min(AMPLITUDE * self._extent / largest, TWISTED / max(self._twist[number], 1e-300))
             self._body.rescale(self._unit[number] * largest)
         self._quadrature = np.zeros(len(self._skin.shapes))
         if quadrature is not None:
@@ -254,22 +252,12 @@ class _ModeScene:
         """Deform by the chosen shape, with amplitude in [-1, 1], and by that in quadrature."""
         self._body.show(np.zeros(3), np.eye(3), amplitude * self._unit + quadrature * self._quadrature, 1.0)
 
-    def image(self) -> Image:
-        """The picture, (height, width, 3)."""
-        return screenshot_of(self._plotter, self._samples)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._plotter.close()
-
     def _camera(self, view: Any, aspect: float) -> View:
         """A camera that has every shape in the picture, at both ends of its swing."""
         towards = best_direction(self._skin.points, Z) if view is None else np.asarray(view, float)
         reach = [self._skin.points]
         for shape, largest in zip(self._skin.shapes, self._skin.max_displacement, strict=True):
-            swing = AMPLITUDE * self._size / (largest or 1.0) * shape
+            swing = AMPLITUDE * self._extent / (largest or 1.0) * shape
             reach += [self._skin.points + swing, self._skin.points - swing]
         return fit_camera(np.concatenate(reach), towards, Z, aspect, Margins(0.05, 0.05, 0.06, 0.16))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from femflex.view.sunlight import LIGHT, Sunlight
 from femflex.view.surface import MESH_LINE_GAP, VISIBLE, Surface, breadth, surface_of
 from femflex.view.surroundings import directions_of
 from femflex.view.units import clock
-from femflex.view.window import Image, open_window, place_camera, screenshot_of
+from femflex.view.window import Window
 
 TIP = 0.055  # radius of the arrow heads of a body's axes, parts of the shortest
 MOST_NAMES = 8  # names of bodies; more would cover the picture
@@ -36,17 +36,15 @@ GREY_NOTE = "grey: no such quantity"  # by members of another family, or bodies 
 BAR_NOTE = "scale of the whole run"  # text under the colour bar; a scale of one instant would flicker in a movie
 
 
-class Scene:
-    """A window with every body of a run, shown at instants of a Motion; use it in a `with` statement.
+class Scene(Window):
+    """A window with every body of a run, shown at instants of a Motion.
 
-    samples  each pixel of an image is the mean of samples x samples drawn ones;  note  a second line under the clock
+    note: a second line under the clock
     """
 
     def __init__(self, run: Run, look: Look, plan: ScenePlan, samples: int = 1, note: str = "") -> None:
-        self._run, self._plan, self._samples = run, plan, samples
-        theme, (width, height) = look.colours, (look.size[0] * samples, look.size[1] * samples)
-        self._plotter = open_window((width, height), theme)
-        place_camera(self._plotter, plan.view)
+        super().__init__(look.size, look.colours, plan.view, samples)
+        self._run, self._plan, theme, (width, height) = run, plan, look.colours, self._size
         pixel = height / 720
         self._ghosts: dict[str, list[Any]] = {}
         surfaces = self._surfaces(look)
@@ -103,24 +101,10 @@ class Scene:
         lengths = lengths_line({name: float(length[k]) for name, length in moving.lengths.items()})
         self._clock.SetInput(f"t = {clock(t, plan.span[1] - plan.span[0])}{lengths}" if len(self._run) > 1 else lengths)
 
-    def image(self) -> Image:
-        """The picture, (height, width, 3)."""
-        return screenshot_of(self._plotter, self._samples)
-
     def turning(self) -> Any:
         """The scene as a widget of a notebook, drawn by the kernel as it is turned; it keeps the window open."""
         self._plotter.notebook = True
         return self._plotter.show(jupyter_backend="server", return_viewer=True)
-
-    def close(self) -> None:
-        """Close the window."""
-        self._plotter.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self.close()
 
     def _named_bodies(self) -> dict[str, str]:
         """Name to write -> drawn body next to which it stands, of a body cut into segments the middle one."""

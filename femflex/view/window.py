@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,3 +100,26 @@ def place_camera(plotter: Any, view: View) -> None:
     plotter.camera.view_angle = float(np.rad2deg(view.angle))
     plotter.camera.clipping_range = (view.near, view.far)
     plotter.camera_set = True
+
+
+class Window:
+    """A window off screen with a camera; use it in a `with` statement.
+
+    samples: each pixel of an image is the mean of samples x samples drawn ones
+    """
+
+    def __init__(self, size: tuple[int, int], theme: Theme, view: View, samples: int) -> None:
+        """size: of an image [pixels]. Raises as `open_window`."""
+        self._size, self._samples = (size[0] * samples, size[1] * samples), samples
+        self._plotter = open_window(self._size, theme)
+        place_camera(self._plotter, view)
+
+    def image(self) -> Image:
+        """The picture, (height, width, 3)."""
+        return screenshot_of(self._plotter, self._samples)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._plotter.close()
