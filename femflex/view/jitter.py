@@ -32,17 +32,41 @@ def plot_jitter(budget: Any, path: str | Path, show: str = "cumulative", **optio
             raise ValueError("no source has a range of speeds; give a wheel `speeds`, or a drive `rates_between`")
         return _speeds(budget, swept, sheet) if show == "speeds" else _waterfall(budget, swept, sheet)
     groups = _groups(budget)
-    if show == "response":
-        pairs = [(unit, members, source) for source in budget.contributions for unit, members in groups.items()]
-    else:
-        pairs = [(unit, members, "") for unit, members in groups.items()]
-    drawn = {"cumulative": _cumulative, "spectrum": _spectrum, "response": _response}[show]
-    axes = sheet.rows(len(pairs), size=(9.0, 3.4 * len(pairs) + 0.5))
+    sources = list(budget.contributions) if show == "response" else [""]
+    pairs = [(unit, members, source) for source in sources for unit, members in groups.items()]
+    axes, colours = sheet.rows(len(pairs), size=(9.0, 3.4 * len(pairs) + 0.5)), sheet.colours
     for ax, (unit, members, source) in zip(axes, pairs, strict=True):
-        drawn(ax, budget, unit, members, source, sheet.colours)
-        finish(ax, members, sheet.colours)
+        x, values = _curves(budget, show, source)
+        values = _scaled(values[:, members], unit)
+        for n, k in enumerate(members):
+            ax.semilogx(x, values[:, n], label=budget.names[k], color=colours.lines[n % len(colours.lines)])
+        if show == "cumulative":
+            ax.set_ylim(bottom=0.0)
+            ax.set_ylabel(labelled("rms up to the frequency", _unit(unit)))
+            _name_modes(ax, budget, members, colours)
+        else:
+            ax.set_yscale("log")
+            largest, least = float(values.max()), 0.5 * float(values[values > 0].min())
+            ax.set_ylim(bottom=max(RANGE * largest, least), top=2.0 * largest)
+            density = labelled("root of the density", f"{_unit(unit)}/Hz^1/2")
+            ax.set_ylabel(f"{_unit(unit)} per unit of {source}" if source else density)
+        ax.margins(x=0)
+        finish(ax, members, colours)
     axes[-1].set_xlabel("frequency [Hz]")
     return sheet.save()
+
+
+def _curves(budget: Any, show: str, source: str) -> tuple[Array, Array]:
+    """Frequencies (n,) [Hz], and values (n, n_out) of the outputs over them."""
+    if show == "cumulative":
+        return budget.edges, np.sqrt(budget.cumulative())
+    if show == "response":
+        return budget.frequencies, np.linalg.norm(budget.plant.response(budget.frequencies, source), axis=2)
+    density = np.sqrt(sum(entry.density for entry in budget.contributions.values()))
+    if not density.any():
+        text = "no source is random, so there is no spectral density to draw; --show cumulative has lines too"
+        raise ValueError(text)
+    return budget.frequencies, density
 
 
 def _groups(budget: Any) -> dict[str, list[int]]:
@@ -65,16 +89,6 @@ def _unit(unit: str) -> str:
     return "arcsec" if unit == "rad" else unit
 
 
-def _cumulative(ax: Axes, budget: Any, unit: str, members: list[int], source: str, colours: Any) -> None:
-    total = np.sqrt(budget.cumulative())
-    for n, k in enumerate(members):
-        ax.semilogx(budget.edges, _scaled(total[:, k], unit), label=budget.names[k], color=colours.lines[n])
-    ax.set_ylabel(labelled("rms up to the frequency", _unit(unit)))
-    ax.set_ylim(bottom=0.0)
-    ax.margins(x=0)
-    _name_modes(ax, budget, members, colours)
-
-
 def _name_modes(ax: Axes, budget: Any, members: list[int], colours: Any) -> None:
     """Lines at the frequencies of the modes with the largest parts, named where names do not cover each other."""
     shares = np.abs(budget.by_mode[:-1, members] / budget.mean_squares[members]).max(axis=1, initial=0.0)
@@ -90,33 +104,6 @@ def _name_modes(ax: Axes, budget: Any, members: list[int], colours: Any) -> None
                 f"{mode.name}, {mode.frequency:.3g} Hz", (mode.frequency, 0.03), xycoords=("data", "axes fraction"),
                 xytext=(2, 0), textcoords="offset points", rotation=90, va="bottom", fontsize=7, color=colours.text,
             )  # fmt: skip
-
-
-def _spectrum(ax: Axes, budget: Any, unit: str, members: list[int], source: str, colours: Any) -> None:
-    density = np.sqrt(sum(entry.density for entry in budget.contributions.values()))
-    if not density.any():
-        raise ValueError(
-            "no source is random, so there is no spectral density to draw; --show cumulative has lines too"
-        )
-    for n, k in enumerate(members):
-        ax.loglog(budget.frequencies, _scaled(density[:, k], unit), label=budget.names[k], color=colours.lines[n])
-    _limit(ax, _scaled(density[:, members], unit))
-    ax.set_ylabel(labelled("root of the density", f"{_unit(unit)}/Hz^1/2"))
-    ax.margins(x=0)
-
-
-def _response(ax: Axes, budget: Any, unit: str, members: list[int], source: str, colours: Any) -> None:
-    gain = np.linalg.norm(budget.plant.response(budget.frequencies, source), axis=2)
-    for n, k in enumerate(members):
-        ax.loglog(budget.frequencies, _scaled(gain[:, k], unit), label=budget.names[k], color=colours.lines[n])
-    _limit(ax, _scaled(gain[:, members], unit))
-    ax.set_ylabel(f"{_unit(unit)} per unit of {source}")
-    ax.margins(x=0)
-
-
-def _limit(ax: Axes, values: Array) -> None:
-    largest = float(values.max())
-    ax.set_ylim(bottom=max(RANGE * largest, 0.5 * float(values[values > 0].min())), top=2.0 * largest)
 
 
 def _speeds(budget: Any, swept: Any, sheet: Sheet) -> Path:
