@@ -123,17 +123,13 @@ class DeflectionWatches:
 def deflection_watches(model: Model, origins: BodyOrigins | None = None) -> list[DeflectionWatch]:
     """One DeflectionWatch for each elastic body of a model; origins: of the bodies whose origin is known."""
     origins = origins or BodyOrigins({})
+    tables = {name: varying.write for name, varying in model.system.varying.items()}
+    longest = {name: table.bounds[1] for name, table in tables.items() if isinstance(table, LengthTable)}
     return [
-        DeflectionWatch(p.name, p.q + p.joint.n_q, p.body, origins.remedy(p.name), _longest(model, p.name))
+        DeflectionWatch(p.name, p.q + p.joint.n_q, p.body, origins.remedy(p.name), longest.get(p.name, 0.0))
         for p in body_places(model.system)
         if p.body.n_modes
     ]
-
-
-def _longest(model: Model, name: str) -> float:
-    """Largest length of a deploying body [m]; 0 for other bodies."""
-    table = model.system.varying[name].write if name in model.system.varying else None
-    return table.bounds[1] if isinstance(table, LengthTable) else 0.0
 
 
 def farthest_points(shapes: Array) -> Array:

@@ -21,7 +21,6 @@ import numpy as np
 from scipy.linalg import eigh
 
 from femflex.arrays import Array, BoolArray, IntArray
-from femflex.body import FlexibleBody
 from femflex.dynamics.joints.places import body_places, prescribed_places
 from femflex.dynamics.linear.equations import linearised, stiffness
 from femflex.dynamics.linear.freedoms import (
@@ -85,18 +84,13 @@ def rest_modes(system: System) -> RestModes:
         (np.einsum("ik,ij,jk->k", y, system.bodies[name].strain.V1, y) for name, y in shapes.items()),
         np.zeros(len(squares)),
     )
-    softest = min((_softest(system.bodies[name]) for name in shapes), default=0.0)
+    bodies = [system.bodies[name] for name in shapes]
+    softest = min(((np.diag(b.strain.V1) / np.diag(b.moments.elastic_mass())).min() for b in bodies), default=0.0)
     squares = np.where(squares > RIGID_BELOW**2 * softest, squares, 0.0)
     elastic = (squares > 0.0) & (energy > ELASTIC * squares)
     moving = body_motions(model, rest)
     frames = {name: body.in_motions(phi_u) for name, body in moving.items()}
     return RestModes(np.sqrt(squares), elastic, shapes, system, frames)
-
-
-def _softest(body: FlexibleBody) -> float:
-    """Lowest stiffness over mass among the coordinates of a body [1/s^2]."""
-    mass = np.diag(body.moments.elastic_mass())
-    return float((np.diag(body.strain.V1) / mass).min())
 
 
 def _undeformed(system: System) -> System:

@@ -246,13 +246,15 @@ def _rotations_without_inertia(system: System) -> Iterator[Advice]:
     turned: dict[str, list[str]] = {}
     for value, vector in zip(values, vectors.T, strict=True):
         parts = {name: np.abs(vector) * np.isin(free, joints[name]) for name in lines}
-        name = max(lines, key=lambda body: float(parts[body].max(initial=0.0)))
+        name = max(lines, key=lambda line: float(parts[line].max(initial=0.0)))
         moved = np.flatnonzero(parts[name] > NOTABLE_SHARE) if value < SINGULAR_MASS else ()
         turned.setdefault(name, []).extend(coordinates[free[k]] for k in moved)
     for name in (name for name in lines if turned.get(name)):
         place = "on a line, and its joints let it turn about this line"
         remedy = "a universal joint with both axes across the line"
-        if _is_point(system.bodies[name]):
+        body = system.bodies[name]
+        largest = np.abs(_central_inertia(body)).max()
+        if not body.n_modes and largest <= LINE_INERTIA_RATIO * np.trace(body.moments.inertia()):
             place, remedy = "at a point, and its joint turns it", "a joint that only displaces it (kind = 'general')"
         text = (
             f"bodies.{name}: its mass lies {place} without inertia: the mass matrix, scaled to a diagonal of 1, has an "
@@ -266,12 +268,6 @@ def _rotations_without_inertia(system: System) -> Iterator[Advice]:
 def _on_a_line(body: FlexibleBody) -> bool:
     moments = np.linalg.eigvalsh(_central_inertia(body))
     return bool(moments[0] <= LINE_INERTIA_RATIO * moments[2])
-
-
-def _is_point(body: FlexibleBody) -> bool:
-    return not body.n_modes and bool(
-        np.abs(_central_inertia(body)).max() <= LINE_INERTIA_RATIO * np.trace(body.moments.inertia())
-    )
 
 
 def _central_inertia(body: FlexibleBody) -> Array:

@@ -131,17 +131,12 @@ def estimate_times(model: Model, end: float) -> Array:
     times = np.linspace(0.0, end, int(np.clip(PER_PERIOD * turns, rows, MOST_ROWS)))
     jumps = model.breaks[(model.breaks >= 0.0) & (model.breaks < end)]
     jumps = jumps[:: max(1, len(jumps) // ESTIMATE_ROWS)]
-    period = slowest_period(model)
+    period = max((T for body in model.system.bodies.values() for T in shape_periods(body)), default=0.0)
     near_jumps = [jumps - 1e-9 * end, jumps, jumps + 1e-9 * end, (jumps[1:] + jumps[:-1]) / 2]
     if len(jumps) < ESTIMATE_ROWS // len(RESPONSE_TIMES):
         near_jumps.append((np.append(jumps, 0.0)[:, None] + period * RESPONSE_TIMES).ravel())
     all_times = np.unique(np.concatenate([times, *near_jumps]))
     return all_times[(all_times >= 0.0) & (all_times <= end)]
-
-
-def slowest_period(model: Model) -> float:
-    """Period of the slowest shape of all bodies [s], each clamped alone."""
-    return max((period for body in model.system.bodies.values() for period in shape_periods(body)), default=0.0)
 
 
 def shape_periods(body: FlexibleBody) -> list[float]:

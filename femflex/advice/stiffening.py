@@ -169,7 +169,7 @@ class StiffeningWatch:
             if raised > FREQUENCY_CHANGE:
                 cut, body, spin = whole in self._system.segments, largest.values["body"], largest.values["spin"]
                 text = self._segment_text(whole, body) if cut else self._body_text(body, raised)
-                spins = self._is_spin_stiffened(body, spin, largest.measure)
+                spins = (spin / lowest_frequency(self._system.bodies[body], {})) ** 2 > SPIN_SHARE * largest.measure
                 cause = f"{self._verb} {spin:.4g} rad/s" if spins else "is stretched by loads or weight"
                 text = f"body {whole!r} {cause}: a stiffening of {raised:.0%} of {text}"
                 yield doubt(whole, "stretch", text, raised, FREQUENCY_CHANGE)
@@ -179,10 +179,6 @@ class StiffeningWatch:
                 effect = self._softening_text(smallest.values["body"], smallest.measure, remaining)
                 text = f"body {whole!r} was compressed, by loads or inertia, {effect}"
                 yield doubt(whole, "stretch", text, 1.0 - remaining, FREQUENCY_CHANGE)
-
-    def _is_spin_stiffened(self, name: str, spin: float, gain: float) -> bool:
-        """Whether the spin of a body is the cause of its stiffening, rather than loads or weight along it."""
-        return bool((spin / lowest_frequency(self._system.bodies[name], {})) ** 2 > SPIN_SHARE * gain)
 
     def _softening_text(self, name: str, load: float, remaining: float) -> str:
         """Text on a body whose first frequency is `remaining` times that with linear strain."""

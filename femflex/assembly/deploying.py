@@ -5,7 +5,6 @@ from __future__ import annotations
 import warnings
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -125,12 +124,8 @@ def with_lengths_at(case: Case, t: float) -> Case | None:
 
 def _with_constant_length(table: DeployingTable, length: float, stock: float) -> DeployingTable:
     """The member of a constant length [m], out of a stock [m], without initial deflection."""
-    fixed = Motion(profile=partial(_constant_profile, length))
+    fixed = Motion(profile=lambda _: Profile.constant(length))
     return table.model_copy(update={"length": fixed, "stock": stock, "initial": None})
-
-
-def _constant_profile(value: float, _: Path) -> Profile:
-    return Profile.constant(value)
 
 
 def _length_or_reel(case: Case, name: str, table: DeployingTable) -> Profile | Reel:

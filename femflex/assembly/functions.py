@@ -37,15 +37,16 @@ def functions_of(case: Case, name: str, table: AnalyticTable, modes: int | None)
     if modes is not None:
         counts = {key: modes if count else 0 for key, count in counts.items()}
     static, tip, notes = f.static, False, []
+    is_nonlinear = (table.strain or "linear") != "linear"
     if (f.family, f.ends) == ("characteristic", "clamped-free"):
         requested = BeamFunctions(**counts, static=f.static)
         markers = {"tip", *(key for key, marker in table.markers.items() if marker.group == "tip")}
         added = added_shapes(f.joints or [], f.loads, requested, loads_at(case, name, markers, table.frame))
         counts, static, tip = with_static(counts, added.more), f.static or added.root, added.tip
-        notes.append(added.note_text(counts, added.root and _has_spin_shapes(case, table)))
-    if (table.strain or "linear") != "linear" and (f.y or f.z):
+        notes.append(added.note_text(counts, added.root and is_nonlinear and _wants_spin_shapes(case, f)))
+    if is_nonlinear and (f.y or f.z):
         is_spun = _wants_spin_shapes(case, f)
-        if is_spun and _can_take_static(f) and not static:
+        if is_spun and not f.static and (f.family, f.ends) == ("characteristic", "clamped-free") and not static:
             counts, static = with_static(counts, 1), True
             notes.append(_added_text(counts))
         elif is_spun and f.family == "polynomial":
@@ -54,19 +55,10 @@ def functions_of(case: Case, name: str, table: AnalyticTable, modes: int | None)
     return functions, "; ".join(filter(None, notes))
 
 
-def _has_spin_shapes(case: Case, table: AnalyticTable) -> bool:
-    """Whether the static shapes of the root also serve a spin: with nonlinear strain on a spinning body."""
-    return (table.strain or "linear") != "linear" and _wants_spin_shapes(case, table.functions)
-
-
 def _wants_spin_shapes(case: Case, f: FunctionsTable) -> bool:
     if f.spin is not None:
         return f.spin
     return "static" not in f.model_fields_set and spins_steadily(case)
-
-
-def _can_take_static(f: FunctionsTable) -> bool:
-    return not f.static and (f.family, f.ends) == ("characteristic", "clamped-free")
 
 
 def _added_text(counts: dict[str, int]) -> str:

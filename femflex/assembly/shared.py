@@ -43,16 +43,13 @@ def _build_once(entries: Entries, inputs: object, make: Callable[[], T]) -> T:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             built = make()
-        entries.append((inputs, built, [_as_warning(warning.message) for warning in caught]))
+        given = (warning.message for warning in caught)
+        entries.append((inputs, built, [text if isinstance(text, Warning) else UserWarning(text) for text in given]))
     part: T
     _, part, messages = next(entry for entry in entries if entry[0] == inputs)
     for message in messages:
         warnings.warn(message, stacklevel=4)
     return part
-
-
-def _as_warning(message: Warning | str) -> Warning:
-    return message if isinstance(message, Warning) else UserWarning(message)
 
 
 _SHARED: ContextVar[SharedParts | None] = ContextVar("shared", default=None)

@@ -145,7 +145,9 @@ class DeployingTable(DeployingLine, DeployingStrip, BodyTable):
         if self.family == "membrane" and not self.tension:
             refuse("found a membrane without tension; it has no stiffness then: give tension")
         f = self.functions
-        if f is not None and (unused := [key for key in UNUSED[self.family] if getattr(f, key) != _default(f, key)]):
+        if f is not None and (
+            unused := [key for key in UNUSED[self.family] if getattr(f, key) != type(f).model_fields[key].default]
+        ):
             refuse(f"found functions.{unused[0]}, which a {self.family} does not use; leave it out")
         if f is not None and f.elements is not None and f.family != "elements":
             refuse('found functions.elements without family = "elements"; give both, or leave elements out')
@@ -183,7 +185,3 @@ UNUSED = {
     "plate": ("y", "axial", "torsion", "static", "tip", "joints", "loads", "straight"),
     "membrane": ("y", "axial", "torsion", "static", "tip", "joints", "loads"),
 }
-
-
-def _default(table: Table, key: str) -> object:
-    return type(table).model_fields[key].default

@@ -13,7 +13,7 @@ from femflex.arrays import Array, IntArray
 from femflex.fem.assembly import ElementMatrices
 from femflex.fem.family import SkinPart
 from femflex.fem.structure import Structure
-from femflex.fem.tables import InertiaBlock, StrainBlock, StressAt, mass_and_stiffness
+from femflex.fem.tables import StrainBlock, StressAt, mass_and_stiffness
 from femflex.fem.tension.strain import TensionStrain
 
 ROUNDING = 1e-8  # of the initial stress; a smaller remainder is rounding
@@ -124,7 +124,9 @@ def deflected(structure: Structure, x: Array) -> Structure:
     """
     raw = structure.T @ x
     strain = tuple(_strain(block, raw) for block in structure.strain)
-    inertia = tuple(_moved_inertia(block, raw) for block in structure.inertia)
+    masses: Any = structure.inertia
+    moved = (block.rho + block.shapes(raw[:, None], slice(None))[..., 0] for block in masses)
+    inertia = tuple(replace(block, rho=rho) for block, rho in zip(masses, moved, strict=True))
     points = structure.mesh.points + (structure.translation @ x).reshape(-1, 3)
     M, K0 = mass_and_stiffness(inertia, strain, structure.T)
     return replace(
@@ -151,11 +153,6 @@ def tension_blocks(structure: Structure) -> tuple[TensionStrain, ...]:
 
 def _strain(block: StrainBlock, raw: Array) -> Any:
     return block.deflected(raw) if isinstance(block, TensionStrain) else RelaxedStrain(block, raw)
-
-
-def _moved_inertia(block: Any, raw: Array) -> InertiaBlock:
-    block_at_state: InertiaBlock = replace(block, rho=block.rho + block.shapes(raw[:, None], slice(None))[..., 0])
-    return block_at_state
 
 
 def _skin(part: Callable[[], SkinPart], raw: Array) -> SkinPart:

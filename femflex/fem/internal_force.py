@@ -39,7 +39,8 @@ class InternalForce:
 
     def tangent(self, x: Array) -> sparse.csr_array:
         """d2V/dx2 (n_dof, n_dof) [N/m, N, N m], symmetric."""
-        return self._assemble(partial(tangent_matrices, raw=self._T @ np.asarray(x, float)))
+        raw = self._T @ np.asarray(x, float)
+        return self._assemble(lambda block: point_state(block, raw).stiffness())
 
     def geometric_stiffness(self, x: Array) -> sparse.csr_array:
         """Stiffness (n_dof, n_dof) [N/m, N, N m], symmetric, that the stress C L g of small displacements x adds."""
@@ -47,7 +48,7 @@ class InternalForce:
 
     def initial_stiffness(self) -> sparse.csr_array:
         """Stiffness (n_dof, n_dof) [N/m, N, N m], symmetric, that the initial stress adds at rest."""
-        return self._assemble(initial_stiffness_matrices)
+        return self._assemble(lambda block: stress_matrices(block, block.stress))
 
     def initial_force(self) -> Array:
         """Unbalanced force (n_dof,) [N, N m] of the initial stress: the elastic force at rest."""
@@ -197,11 +198,6 @@ def second_derivative_forces(block: StrainBlock, raw: Array, i: IntArray, j: Int
     return np.matmul(rows.reshape(len(rows), -1, rows.shape[-1]).swapaxes(1, 2), push.reshape(len(push), -1, len(i)))
 
 
-def tangent_matrices(block: StrainBlock, raw: Array) -> Array:
-    """Element tangents (e, l, l) [N/m, N, N m] at raw displacements (n_raw,)."""
-    return point_state(block, raw).stiffness()
-
-
 def geometric_stiffness_matrices(block: StrainBlock, raw: Array) -> Array:
     """Element matrices (e, l, l) [N/m, N, N m] of `InternalForce.geometric_stiffness`."""
     return stress_matrices(
@@ -213,11 +209,6 @@ def _is_nonlinear(part: StrainBlock) -> bool:
     """Whether the strain of a part has a quadratic term and costs energy; a part that only carries initial stress costs
     none."""
     return bool(part.quadratic_map.any() and part.elastic.any())
-
-
-def initial_stiffness_matrices(block: StrainBlock) -> Array:
-    """Element matrices (e, l, l) [N/m, N, N m] of `InternalForce.initial_stiffness`."""
-    return stress_matrices(block, block.stress)
 
 
 def initial_forces(part: StrainBlock) -> Array:

@@ -139,7 +139,9 @@ def _write_body(file: h5py.File, body: FlexibleBody) -> None:
 
 def _read_body(file: h5py.File) -> FlexibleBody:
     moments, strain = file["moments"], file["strain"]
-    skin = None
+    skin, points = None, None
+    if "mass_points" in file:
+        points = MassPoints(*(_read_array(file["mass_points"], name) for name in ("dm", "rho", "moved")))
     if "skin" in file:
         group = file["skin"]
         cells = {kind: np.asarray(rows, np.int64) for kind, rows in group["cells"].items()}
@@ -158,12 +160,8 @@ def _read_body(file: h5py.File) -> FlexibleBody:
         slaves=_read_array(file, "slaves") if "slaves" in file else np.zeros((0, 0, 0)),
         foreshortening=_read_foreshortening(file["ignored"]) if "ignored" in file else None,
         strain_field=read_field(file),
-        mass_points=_read_mass_points(file["mass_points"]) if "mass_points" in file else None,
+        mass_points=points,
     )
-
-
-def _read_mass_points(group: h5py.Group) -> MassPoints:
-    return MassPoints(_read_array(group, "dm"), _read_array(group, "rho"), _read_array(group, "moved"))
 
 
 def _read_foreshortening(group: h5py.Group) -> Foreshortening:

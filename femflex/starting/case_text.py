@@ -216,7 +216,7 @@ def mesh_choices(mesh: Mesh) -> list[MeshChoice]:
     top = {
         group: top_families
         for group, families in members.items()
-        if (top_families := _of_dimension(families, mesh.dimension))
+        if (top_families := tuple(family for family in families if DIMENSION[family] == mesh.dimension))
     }
     choices = []
     for used in (members, top) if top != members else (members,):
@@ -241,10 +241,6 @@ def _edge_groups(mesh: Mesh, members: Mapping[str, tuple[str, ...]]) -> tuple[st
         and {CELL_TYPES[kind].dimension for kind, rows in cells.items() if len(rows)} - {0} == {1}
         and not group_named_like([group], CLAMPS + TIPS)
     )
-
-
-def _of_dimension(families: tuple[str, ...], dimension: int) -> tuple[str, ...]:
-    return tuple(family for family in families if DIMENSION[family] == dimension)
 
 
 def _mesh_body_tables(mesh: Mesh, mesh_file: str, choice: MeshChoice) -> tuple[str, str]:
@@ -318,7 +314,10 @@ def _member_groups(mesh: Mesh) -> tuple[dict[str, tuple[str, ...]], list[str]]:
             if not selected or any(rows & used_rows.get(kind, set()) for kind, rows in selected.items()):
                 continue
             if lower:
-                counts = {sides[_corners(mesh, kind, row)] for kind, rows in selected.items() for row in rows}
+                corners = (
+                    mesh.cells[kind][list(rows), : CELL_TYPES[kind].n_corners] for kind, rows in selected.items()
+                )
+                counts = {sides[frozenset(side)] for rows in corners for side in rows.tolist()}
                 if not (0 in counts or (group in families and max(counts) > 1)):  # inner edges stiffen their own group
                     continue
             families.setdefault(group, []).append(dimension)
@@ -344,10 +343,6 @@ def _count_sides(mesh: Mesh, dimension: int) -> Counter[frozenset[int]]:
             for side in EDGES[cell.shape] if dimension == 1 else FACES[cell.shape]:
                 counts.update(map(frozenset, nodes[:, list(side)].tolist()))
     return counts
-
-
-def _corners(mesh: Mesh, kind: str, row: int) -> frozenset[int]:
-    return frozenset(mesh.cells[kind][row, : CELL_TYPES[kind].n_corners].tolist())
 
 
 def _family(mesh: Mesh, cells: Mapping[str, IntArray], dimension: int, several: bool) -> str:

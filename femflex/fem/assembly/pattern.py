@@ -41,7 +41,8 @@ def pattern(dofs: IntArray, runs: Runs, joined: Connections, n_dof: int) -> Patt
     placeholder = np.empty(len(columns), np.int8)
     single = sparse.csr_array((placeholder, columns.astype(kind), indptr.astype(kind)), shape=(n + 1, n_dof))
     run_of = np.full(n_dof, n, np.int64)
-    run_of[np.repeat(runs.first, runs.size) + _ramps(runs.size)] = np.repeat(np.arange(n), runs.size)
+    before = np.cumsum(runs.size) - runs.size
+    run_of[np.repeat(runs.first - before, runs.size) + np.arange(runs.size.sum())] = np.repeat(np.arange(n), runs.size)
     full = single[run_of]
     offset = (begin - row_begin[row]).astype(np.int32)[joined.pair].reshape(*runs.number.shape, -1)
     return Pattern(dofs, runs, full.indptr, full.indices, offset)
@@ -52,12 +53,6 @@ def expand_offsets(offset: Integers, runs: Runs) -> Integers:
     if len(runs.within) == offset.shape[1]:
         return offset
     return offset[:, runs.column][:, :, runs.column] + runs.within.astype(np.int32)
-
-
-def _ramps(sizes: IntArray) -> IntArray:
-    """0 .. size - 1 for every size, one after the other."""
-    ends = np.cumsum(sizes)
-    return np.arange(ends[-1]) - np.repeat(ends - sizes, sizes)
 
 
 @dataclass(frozen=True, eq=False)

@@ -72,19 +72,14 @@ def hanging_dependences(mesh: Mesh, numbering: Numbering, others: Sequence[Depen
 
 def hanging_note(mesh: Mesh, numbering: Numbering, dependences: Sequence[Dependence]) -> tuple[str, ...]:
     """Return a sentence on the nodes that follow, with the position of the first; none where there are none."""
-    nodes = np.flatnonzero(
-        np.isin(numbering.translation_of(np.arange(len(mesh.points)))[:, 0], _first_dofs(dependences))
-    )
+    dofs = numbering.translation_of(np.arange(len(mesh.points)))[:, 0]
+    nodes = np.flatnonzero(np.isin(dofs, [dependence.target[0] for dependence in dependences]))
     if not len(nodes):
         return ()
     return (
         f"{len(nodes)} nodes lie on edges or faces of neighbouring elements that have no node there (the first at "
         f"{_position_text(mesh, nodes[0])}); they follow these, as a linear constraint",
     )
-
-
-def _first_dofs(dependences: Sequence[Dependence]) -> IntArray:
-    return np.array([dependence.target[0] for dependence in dependences], np.int64)
 
 
 def _node_dependences(mesh: Mesh, numbering: Numbering, node: int, leader: Leader) -> list[Dependence]:

@@ -75,13 +75,6 @@ def shared_axes(axes: Array) -> Array:
     return axes[:1] if np.abs(axes - axes[0]).max() < ROUNDING else axes
 
 
-def section_angles(axis: ArrayLike, frames: Array) -> Array:
-    """Angles (e,) [rad] of a section's x axis in the elements' axes: the axis (3,), global, projected onto the
-    planes."""
-    direction = in_plane(axis, frames[:, 2])
-    return np.arctan2(np.sum(direction * frames[:, 1], axis=1), np.sum(direction * frames[:, 0], axis=1))
-
-
 def _projected(direction: Array, normals: Array) -> Array:
     return direction - normals * (normals @ direction)[:, None]
 
@@ -156,5 +149,7 @@ def _angles(axis: ArrayLike, axes: Array) -> Array:
     direction = np.asarray(axis, float)
     if direction.shape != (3,) or not np.isfinite(direction).all() or not direction.any():
         raise ValueError(f"axis of a plate is {axis!r}; give a direction of three numbers, not all zero")
-    angles = section_angles(direction, axes)
+    e1, e2, normal = axes.swapaxes(0, 1)
+    x = in_plane(direction, normal)
+    angles = np.arctan2(np.sum(x * e2, axis=1), np.sum(x * e1, axis=1))
     return angles[:1] if np.abs(angles - angles[0]).max() < ROUNDING else angles

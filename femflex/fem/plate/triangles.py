@@ -220,7 +220,7 @@ class Triangles:
         """w [m], beta_x, beta_y [rad] (e, 3, q, 9), per dof, at area coordinates L (q, 3)."""
         bubble = self.bubble[elements].swapaxes(1, 2)
         N = np.empty((len(bubble), 3, len(L), 9))
-        N[:, 0] = self._cubic(bernstein(L), elements)
+        N[:, 0] = self._cubic(FACTOR * np.prod(L[:, None, :] ** CUBIC, axis=2), elements)
         np.matmul(4 * L[:, START] * L[:, END], bubble, out=N[:, 1:])
         N[:, 1:] += np.matmul(L, BETA.swapaxes(0, 1))
         return N
@@ -298,11 +298,6 @@ def side_rises(x: Array, slope: Array) -> Array:
         np.multiply(by[:, :, 0], slope[:, :, 0], out=out)
         out += by[:, :, 1] * slope[:, :, 1]
     return rises
-
-
-def bernstein(L: Array) -> Array:
-    """Cubic Bernstein polynomials (q, 10) [1] at area coordinates L (q, 3)."""
-    return FACTOR * np.prod(L[:, None, :] ** CUBIC, axis=2)
 
 
 def bernstein_derivatives(L: Array) -> Array:

@@ -134,13 +134,9 @@ class CoreMaterial(Table):
         return Lamina.core(self.density, self.G13, self.G23)
 
 
-def _isotropic_by_default(value: Any) -> Any:
-    return {"kind": "isotropic", **value} if isinstance(value, dict) else value
-
-
 NamedMaterial = Annotated[
     Annotated[Material | Lamina | CoreMaterial, Field(discriminator="kind")],
-    BeforeValidator(_isotropic_by_default),
+    BeforeValidator(lambda value: {"kind": "isotropic", **value} if isinstance(value, dict) else value),
 ]
 Materials = Mapping[str, NamedMaterial]
 

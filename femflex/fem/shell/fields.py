@@ -102,7 +102,7 @@ def _fill_rows(geometry: ShellGeometry, points: Array, rows: Array) -> None:
     covariant = _inlayer(geometry, tied.inlayer)
     if geometry.cell == "quad9":
         covariant += _mean_correction(geometry, base)
-    strain = _cartesian(inverse, covariant)
+    strain = np.matmul(strain_transform(inverse), covariant)
     if geometry.cell == "quad":
         strain[..., : 6 * k] += _incompatible(geometry, points, base, inverse, strain[..., : 6 * k])
     membrane, bending = strain[..., : 6 * k], strain[..., 6 * k :]
@@ -198,11 +198,6 @@ def _element_axes_inverse(geometry: ShellGeometry, base: _Base, middle: _Base) -
 def _from_element_axes(geometry: ShellGeometry, base: _Base, middle: _Base) -> Array:
     """Covariant strains (e, q, 3, 3) of strains along the elements' own axes [1, m, m^2]."""
     return strain_transform(np.asarray(np.linalg.inv(_element_axes_inverse(geometry, base, middle)), float))
-
-
-def _cartesian(inverse: Array, covariant: Array) -> Array:
-    """Engineering strains (e, q, 3, l) along frames from covariant ones rr, ss, 2 rs; inverse (e, q, a, alpha)."""
-    return np.asarray(np.matmul(strain_transform(inverse), covariant))
 
 
 def strain_transform(inverse: Array) -> Array:

@@ -37,13 +37,20 @@ class Tying:
 @cache
 def inlayer(cell: str) -> Tying | None:
     """Tying of the in-layer strains; None if these are used at the points themselves."""
-    return {"quad9": _nine_inlayer, "triangle6": _six_inlayer}.get(cell, lambda: None)()
+    if cell == "quad9":
+        return _tensor([(0, TWO, THREE), (1, THREE, TWO), (2, TWO, TWO)], 3)
+    return _six_inlayer() if cell == "triangle6" else None
 
 
 @cache
 def shear(cell: str) -> Tying:
     """Tying of the transverse shear strains."""
-    return {"quad": _four_shear, "quad9": _nine_shear, "triangle": _three_shear, "triangle6": _six_shear}[cell]()
+    if cell == "quad9":
+        return _tensor([(0, TWO, THREE), (1, THREE, TWO)], 2)
+    if cell == "quad":
+        middle, ends = np.array([0.5]), np.array([0.0, 1.0])
+        return _tensor([(0, middle, ends), (1, ends, middle)], 2)
+    return _three_shear() if cell == "triangle" else _six_shear()
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,19 +130,6 @@ def _tensor(parts: list[tuple[int, Array, Array]], count: int) -> Tying:
         return values
 
     return Tying(tying_points, weights)
-
-
-def _four_shear() -> Tying:
-    middle, ends = np.array([0.5]), np.array([0.0, 1.0])
-    return _tensor([(0, middle, ends), (1, ends, middle)], 2)
-
-
-def _nine_shear() -> Tying:
-    return _tensor([(0, TWO, THREE), (1, THREE, TWO)], 2)
-
-
-def _nine_inlayer() -> Tying:
-    return _tensor([(0, TWO, THREE), (1, THREE, TWO), (2, TWO, TWO)], 3)
 
 
 def _three_shear() -> Tying:

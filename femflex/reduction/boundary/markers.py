@@ -46,7 +46,8 @@ def marker_rows(structure: Structure, group: str) -> MarkerRows:
     rows = (3 * nodes[:, None] + np.arange(3)).ravel()
     u, theta = structure.translation[rows], structure.rotation[rows]
     fit, hidden = rotation_fit(d)
-    own = sparse.csr_array(hidden @ hidden.T @ mean_rows(_has_rotation(theta))) @ theta
+    turns = np.diff(theta.indptr).reshape(-1, 3).any(axis=1).astype(float)  # 1 for each node that has a rotation
+    own = sparse.csr_array(hidden @ hidden.T @ mean_rows(turns)) @ theta
     return MarkerRows(
         position=position,
         translation=(sparse.csr_array(mean_rows(np.ones(len(nodes)))) @ u).tocsr(),
@@ -93,12 +94,6 @@ def _hidden_axes(hidden: Array, own: sparse.csr_array) -> Array:
     rows = hidden.T @ own if own.nnz else np.zeros((hidden.shape[1], 1))
     shown, axes = np.linalg.eigh(rows @ rows.T)
     return hidden @ axes[:, shown < FLAT]
-
-
-def _has_rotation(theta: sparse.csr_array) -> Array:
-    """1 for each node that has a rotation, else 0, (n_nodes,)."""
-    per_row = np.diff(theta.indptr).reshape(-1, 3)
-    return (per_row.sum(axis=1) > 0).astype(float)
 
 
 def rotation_fit(d: Array) -> tuple[Array, Array]:

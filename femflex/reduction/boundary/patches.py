@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -200,18 +200,13 @@ def _outward(mesh: Mesh, kind: str, nodes: IntArray) -> tuple[IntArray, bool]:
             continue
         for face in FACES[CELL_TYPES[solid].shape]:
             if len(face) == corners:
-                for row, cell in _matches(keys, cells[:, face]):
-                    a, b, c = mesh.points[nodes[row, :3]]
-                    sides[row] += np.sign(np.cross(b - a, c - a) @ (a - mesh.points[cells[cell]].mean(axis=0)))
+                for cell, key in zip(cells, np.sort(cells[:, face], axis=1).tolist(), strict=True):
+                    if (row := keys.get(tuple(key))) is not None:
+                        a, b, c = mesh.points[nodes[row, :3]]
+                        sides[row] += np.sign(np.cross(b - a, c - a) @ (a - mesh.points[cell].mean(axis=0)))
     turned = nodes.copy()
     turned[sides < 0] = nodes[sides < 0][:, CELL_TYPES[kind].mirrored]
     return turned, bool((sides != 0).all())
-
-
-def _matches(keys: dict[tuple[int, ...], int], faces: IntArray) -> Iterator[tuple[int, int]]:
-    for k, row in enumerate(np.sort(faces, axis=1).tolist()):
-        if (own := keys.get(tuple(row))) is not None:
-            yield own, k
 
 
 def _aligned(cells: dict[str, IntArray]) -> bool:

@@ -77,7 +77,7 @@ def equilibrium(structure: Structure, held: IntArray, loads: Loads) -> Array:
         return _newton(elastic, loads, free, x, scale, structure.M)
     for factor in _stages(structure, loads, free):
         strain = [
-            _with_stiffness_factor(block, factor) if isinstance(block, TensionStrain) else block
+            replace(block, elastic=block.elastic * factor) if isinstance(block, TensionStrain) else block
             for block in structure.strain
         ]
         own = InternalForce(strain, structure.T) if factor < 1.0 else elastic
@@ -99,10 +99,6 @@ def _stages(structure: Structure, loads: Loads, free: IntArray) -> list[float]:
     if not 0 < first < 1:
         return [1.0]
     return [*np.geomspace(first, 1.0, 1 + int(np.ceil(np.log(1 / first) / np.log(STAGE))))]
-
-
-def _with_stiffness_factor(block: TensionStrain, factor: float) -> TensionStrain:
-    return replace(block, elastic=block.elastic * factor)
 
 
 def _newton(elastic: InternalForce, loads: Loads, free: IntArray, x: Array, scale: float, M: sparse.csr_array) -> Array:
