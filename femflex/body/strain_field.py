@@ -149,18 +149,9 @@ class StrainPart:
         def mean(a: NDArray[Any]) -> NDArray[Any]:
             return ((1.0 - share) * a[k : k + 1] + share * a[j : j + 1]).astype(a.dtype) if len(a) > 1 else a
 
-        return replace(
-            self,
-            places=mean(self.places),
-            weight=mean(self.weight),
-            rows=mean(self.rows),
-            elastic=mean(self.elastic),
-            stress=mean(self.stress),
-            lever=mean(self.lever),
-            fibres=mean(self.fibres),
-            plies=mean(self.plies),
-            per=1,
-        )
+        same = ("linear", "quadratic", "first")  # at all points
+        means: dict[str, Any] = {name: mean(getattr(self, name)) for name in ARRAYS if name not in same}
+        return replace(self, per=1, **means)
 
     def _gradients(self, y: Array) -> Array:
         p, g, n = self.rows.shape
@@ -182,12 +173,7 @@ def write_field(group: h5py.Group, field: Sequence[StrainPart]) -> None:
     """Write every part as a group of its own, by number."""
     for number, part in enumerate(field):
         part_group = group.create_group(f"strain_field/{number}")
-        part_group.attrs["kind"], part_group.attrs["nonlinear"], part_group.attrs["per"] = (
-            part.kind,
-            part.nonlinear,
-            part.per,
-        )
-        part_group.attrs["group"] = part.group
+        part_group.attrs.update({name: getattr(part, name) for name in ("kind", "nonlinear", "per", "group")})
         for name in ARRAYS:
             part_group[name] = getattr(part, name)
             part_group[name].attrs["description"], part_group[name].attrs["units"] = ARRAYS[name]
@@ -208,11 +194,8 @@ def read_field(group: h5py.Group) -> tuple[StrainPart, ...]:
             nonlinear=bool(own.attrs["nonlinear"]),
             per=int(own.attrs.get("per", 1)),
             first=_first_order(own),
-            lever=np.asarray(own["lever"][()], float) if "lever" in own else np.zeros(1),
-            fibres=np.asarray(own["fibres"][()], float) if "fibres" in own else np.zeros((0, 4)),
-            plies=np.asarray(own["plies"][()], float) if "plies" in own else np.zeros((0, 0, 2, 3, 6)),
             group=str(own.attrs.get("group", "")),
-            **{name: own[name][()] for name in ARRAYS if name not in ("first", "lever", "fibres", "plies")},
+            **{name: own[name][()] for name in ARRAYS if name in own and name != "first"},
         )
         for own in numbered
     )

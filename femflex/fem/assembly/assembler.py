@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -150,11 +149,7 @@ def _add(a: sparse.csr_array, b: sparse.csr_array) -> sparse.csr_array:
 # element, B^T K B costs little; as a product of sparse matrices it took as long as the element matrices themselves.
 
 
-class SplitPart(NamedTuple):
-    """The share of a part on independent dofs, and the rest on raw ones; None where there is none."""
-
-    independent: ElementMatrices | None
-    raw: ElementMatrices | None
+Split = tuple[ElementMatrices | None, ElementMatrices | None]  # on independent dofs, and the rest on raw ones
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,14 +165,14 @@ class Narrowing:
     pair: IntArray
     axes: Array
 
-    def split_part(self, part: ElementMatrices) -> SplitPart:
+    def split_part(self, part: ElementMatrices) -> Split:
         """Split off the elements of a part on raw dofs whose dofs are equal to independent ones or follow pairs."""
         dofs = part.dofs
         if not dofs.size:
-            return SplitPart(part, None)
+            return part, None
         single = self.number[dofs] >= 0
         if single.all():
-            return SplitPart(ElementMatrices(self.number[dofs], part.values), None)
+            return ElementMatrices(self.number[dofs], part.values), None
         triples = self._triples(dofs) if dofs.ndim == 2 else np.zeros(0, np.int64)
         inside = np.zeros(dofs.shape[1], bool)
         inside[(triples[:, None] + np.arange(3)).ravel()] = True
@@ -188,11 +183,11 @@ class Narrowing:
         narrow, other = np.flatnonzero(follows), np.flatnonzero(~follows)
         rest = _of_elements(part, other) if len(other) else None
         if not len(narrow):
-            return SplitPart(None, rest)
+            return None, rest
         narrow_part = part if rest is None else _of_elements(part, narrow)
         if not len(triples):
-            return SplitPart(ElementMatrices(self.number[narrow_part.dofs], narrow_part.values), rest)
-        return SplitPart(self._on_pairs(narrow_part, np.flatnonzero(~inside), triples), rest)
+            return ElementMatrices(self.number[narrow_part.dofs], narrow_part.values), rest
+        return self._on_pairs(narrow_part, np.flatnonzero(~inside), triples), rest
 
     def _triples(self, dofs: IntArray) -> IntArray:
         """First columns (t,) of three that follow pairs in most elements (e, l)."""

@@ -12,6 +12,8 @@ from femflex.arrays import Array
 
 Function = Legendre | Polynomial
 
+LINEAR = (1.0, -1.0), (0.0, 1.0)  # coefficients of the end functions
+HERMITE = (1.0, 0.0, -3.0, 2.0), (0.0, 1.0, -2.0, 1.0), (0.0, 0.0, 3.0, -2.0), (0.0, 0.0, -1.0, 1.0)
 NODAL = 12  # u, v, w, theta_x, theta_y, theta_z at both ends
 
 
@@ -80,50 +82,29 @@ def shear_rows(order: BeamOrder, xi: Array, h: Array, derivative: int) -> Array:
     return rows
 
 
+@lru_cache(maxsize=64)
+def _functions(ends: tuple[tuple[float, ...], ...], times: int, n: int, derivative: int) -> list[Function]:
+    """Polynomials of the ends, by their coefficients, and n of Legendre on [0, 1], integrated some times from 0.
+
+    Integrated ones are normalised, and of the degrees from `times` on: zero with so many derivatives at both ends.
+    """
+    functions: list[Function] = [Polynomial(coefficients) for coefficients in ends]
+    for degree in range(times, times + n):
+        base = (np.sqrt(2 * degree + 1) if times else 1.0) * Legendre.basis(degree, domain=[0.0, 1.0])
+        functions.append(base.integ(times, lbnd=0.0))
+    return [f.deriv(derivative) if derivative else f for f in functions]
+
+
 def _legendre(n: int, xi: Array, derivative: int) -> Array:
     """Legendre polynomials on [0, 1] of degree 0 ... n - 1 at xi: (q, n)."""
-    return _evaluate(_legendre_functions(n, derivative), xi)
-
-
-@lru_cache(maxsize=64)
-def _legendre_functions(n: int, derivative: int) -> tuple[Function, ...]:
-    return _differentiate(tuple(Legendre.basis(k, domain=[0.0, 1.0]) for k in range(n)), derivative)
+    return np.stack([f(xi) for f in _functions((), 0, n, derivative)], axis=-1)
 
 
 def _linear(order: int, xi: Array, derivative: int) -> Array:
     """End functions 1 - xi, xi and the bubbles int P_{k-1}, k = 2 ... order, at xi: (q, order + 1)."""
-    return _evaluate(_linear_functions(order, derivative), xi)
-
-
-@lru_cache(maxsize=64)
-def _linear_functions(order: int, derivative: int) -> tuple[Function, ...]:
-    ends = Polynomial([1.0, -1.0]), Polynomial([0.0, 1.0])
-    bubbles = [_integrated_legendre(k - 1, 1) for k in range(2, order + 1)]
-    return _differentiate((*ends, *bubbles), derivative)
+    return np.stack([f(xi) for f in _functions(LINEAR, 1, order - 1, derivative)], axis=-1)
 
 
 def _hermite(order: int, xi: Array, derivative: int) -> Array:
     """Cubic Hermite functions and the bubbles int int P_{k-2}, k = 4 ... order, at xi: (q, order + 1)."""
-    return _evaluate(_hermite_functions(order, derivative), xi)
-
-
-@lru_cache(maxsize=64)
-def _hermite_functions(order: int, derivative: int) -> tuple[Function, ...]:
-    value_0, slope_0 = Polynomial([1.0, 0.0, -3.0, 2.0]), Polynomial([0.0, 1.0, -2.0, 1.0])
-    value_1, slope_1 = Polynomial([0.0, 0.0, 3.0, -2.0]), Polynomial([0.0, 0.0, -1.0, 1.0])
-    bubbles = [_integrated_legendre(k - 2, 2) for k in range(4, order + 1)]
-    return _differentiate((value_0, slope_0, value_1, slope_1, *bubbles), derivative)
-
-
-def _integrated_legendre(degree: int, times: int) -> Legendre:
-    """Legendre polynomial on [0, 1], normalised and integrated from 0; zero with its slopes at both ends."""
-    base = np.sqrt(2 * degree + 1) * Legendre.basis(degree, domain=[0.0, 1.0])
-    return base.integ(times, lbnd=0.0)
-
-
-def _evaluate(functions: tuple[Function, ...], xi: Array) -> Array:
-    return np.stack([f(xi) for f in functions], axis=-1)
-
-
-def _differentiate(functions: tuple[Function, ...], derivative: int) -> tuple[Function, ...]:
-    return tuple(f.deriv(derivative) for f in functions) if derivative else functions
+    return np.stack([f(xi) for f in _functions(HERMITE, 2, order - 3, derivative)], axis=-1)

@@ -7,7 +7,6 @@ E = (g + g^T + g^T g) / 2 with g_ia = du_i/dx_a, in the order xx, yy, zz, yz, xz
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cache
 
 import numpy as np
 from skfem.quadrature import get_quadrature
@@ -102,20 +101,15 @@ class SolidStrain:
         (degree 4 of 5); of the full triquadratic field five points change the energy of a bent strip by 1e-7. Four
         points of a tetrahedron sample the stretch where its quadratic field can cancel it.
         """
-        dofs, weight, G = self.dofs[elements], self.weight[elements], self.G[elements]
-        elastic, stress = rows_of_elements(self.elastic, elements), rows_of_elements(self.stress, elements)
-        dilatation = None if self.dilatation is None else self.dilatation.of_elements(elements)
-        enhanced = None if self.enhanced is None else self.enhanced.of_elements(elements)
-        return SolidStrain(
-            dofs,
-            weight,
-            elastic,
-            self.linear_map,
-            self.quadratic_map,
-            G,
-            stress,
-            dilatation=dilatation,
-            enhanced=enhanced,
+        return replace(
+            self,
+            dofs=self.dofs[elements],
+            weight=self.weight[elements],
+            elastic=rows_of_elements(self.elastic, elements),
+            G=self.G[elements],
+            stress=rows_of_elements(self.stress, elements),
+            dilatation=self.dilatation and self.dilatation.of_elements(elements),
+            enhanced=self.enhanced and self.enhanced.of_elements(elements),
         )
 
     def nonlinear(self, elements: slice, stress: StressAt | None = None) -> tuple[StrainBlock, ...]:
@@ -258,44 +252,24 @@ def strain_maps() -> tuple[Array, Array]:
 # energies; those of tetrahedra and pyramids have positive weights alone.
 GAUSS = {"hexahedron": (2, 2), "hexahedron20": (3, 3), "hexahedron27": (3, 3), "pyramid": (2, 3), "pyramid13": (3, 4)}
 SIMPLEX = {"tetra": (1, 2), "tetra10": (2, 5)}
-WEDGE = {"wedge": ((2, 2), (2, 2)), "wedge15": ((4, 3), (4, 3)), "wedge18": ((4, 3), (4, 3))}
+WEDGE = {"wedge": (2, 2), "wedge15": (4, 3), "wedge18": (4, 3)}  # of both
 CELLS = (*GAUSS, *SIMPLEX, *WEDGE)
 # Points per direction of the reduced rule. At these eight a hexahedron of 20 nodes does not lock. Rows of single
 # elements then have motions without stiffness; elements side by side in two directions have none.
 REDUCED = {"hexahedron20": 2}
 
 
-@cache
-def strain_rule(cell: str, full: bool = True) -> tuple[Array, Array]:
-    """Points (q, 3) and weights (q,) on the unit cell for its strain energy, or of the reduced rule; read only."""
-    if not full and cell in REDUCED:
-        points, weight = quadrature("hexahedron", REDUCED[cell])
-        return _read_only(points, weight)
-    return _rule(cell, 0)
-
-
-@cache
-def mass_rule(cell: str) -> tuple[Array, Array]:
-    """Points (q, 3) and weights (q,) on the unit cell for its mass matrix; read only."""
-    return _rule(cell, 1)
-
-
-def _rule(cell: str, which: int) -> tuple[Array, Array]:
+def cell_rule(cell: str, use: int, reduced: bool = False) -> tuple[Array, Array]:
+    """Points (q, 3) and weights (q,) on the unit cell for its strain (use 0; or the reduced rule) or mass (1)."""
+    if reduced and cell in REDUCED:
+        return quadrature("hexahedron", REDUCED[cell])
     if cell in GAUSS:
-        points, weight = quadrature("hexahedron", GAUSS[cell][which])
-    elif cell in SIMPLEX:
-        positions, weight = get_quadrature(RefTet, SIMPLEX[cell][which])
-        points = positions.T
-    else:
-        degree, n = WEDGE[cell][which]
-        flat, area = get_quadrature(RefTri, degree)
-        z, line_weight = quadrature("line", n)
-        points = np.column_stack([np.repeat(flat.T, n, axis=0), np.tile(z, (len(area), 1))])
-        weight = np.outer(area, line_weight).ravel()
-    return _read_only(points, weight)
-
-
-def _read_only(points: Array, weight: Array) -> tuple[Array, Array]:
-    points.setflags(write=False)
-    weight.setflags(write=False)
-    return points, weight
+        return quadrature("hexahedron", GAUSS[cell][use])
+    if cell in SIMPLEX:
+        positions, weight = get_quadrature(RefTet, SIMPLEX[cell][use])
+        return positions.T, weight
+    degree, n = WEDGE[cell]
+    flat, area = get_quadrature(RefTri, degree)
+    z, line_weight = quadrature("line", n)
+    points = np.column_stack([np.repeat(flat.T, n, axis=0), np.tile(z, (len(area), 1))])
+    return points, np.outer(area, line_weight).ravel()

@@ -40,10 +40,9 @@ from femflex.fem.solid.blocks import (
     Enhanced,
     SolidInertia,
     SolidStrain,
+    cell_rule,
     enhanced_strains,
-    mass_rule,
     strain_maps,
-    strain_rule,
 )
 from femflex.mesh.cells import CELL_TYPES, FACES
 from femflex.mesh.quality import quadrature
@@ -160,7 +159,7 @@ def solid(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
         warn_of_incompressible(name, nodes, C, isinstance(material, Material), member.group)
         _check_order(name, x, member.group)
         dofs = numbering.translation(nodes.ravel()).reshape(len(nodes), -1)
-        rule = strain_rule(name, full=not reduced)
+        rule = cell_rule(name, 0, reduced)
         G, volume = gradients_at(name, x, rule, member.group)
         positions = np.matmul(CELL_TYPES[name].interpolation(rule[0]), x)
         N, dV, rho = _mass_points(name, x, member.group)
@@ -210,7 +209,7 @@ def _initial_stress(options: dict[str, Any], elastic: Array) -> Array:
 
 def _mass_points(name: str, x: Array, group: str) -> tuple[Array, Array, Array]:
     """Shape functions (q, k), volumes (e, q) and positions (e, q, 3) of the points of mass of elements x (e, k, 3)."""
-    points, weight = mass_rule(name)
+    points, weight = cell_rule(name, 1)
     N = CELL_TYPES[name].interpolation(points)
     _, volume = _inverse(_jacobians(name, x, points))
     return N, volume * weight, np.matmul(N, x)
@@ -271,13 +270,8 @@ def _inverse(J: Array) -> tuple[Array, Array]:
 
 def with_incompatible_modes(strain: SolidStrain, x: Array, points: Array) -> SolidStrain:
     """The strain of bricks with nodes x (e, 8, 3) [m] at points (q, 3) of the unit cell, with `Enhanced` strains."""
-    cell = CELL_TYPES["hexahedron"]
-
-    def jacobian(positions: Array) -> Array:
-        return np.asarray(np.einsum("qkm,eki->eqmi", cell.gradients(positions), x - x[:, :1]))
-
-    J0, centre = jacobian(np.full((1, 3), 0.5))[:, 0], 2 * points - 1
-    ratio = np.linalg.det(J0)[:, None] / np.linalg.det(jacobian(points))
+    J0, centre = _jacobians("hexahedron", x, np.full((1, 3), 0.5))[:, 0], 2 * points - 1
+    ratio = np.linalg.det(J0)[:, None] / np.linalg.det(_jacobians("hexahedron", x, points))
     slope = ratio[:, :, None, None] * (-2 * centre)[None, :, :, None] * np.linalg.inv(J0).swapaxes(1, 2)[:, None]
     B, G = enhanced_strains(slope), strain.rows(slice(None))
     stress = np.matmul(strain.elastic, B) * strain.weight[:, :, None, None]
