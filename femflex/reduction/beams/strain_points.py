@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from femflex.arrays import Array
@@ -33,20 +31,19 @@ def strain_field(structure: Structure, phi: Array, nonlinear: bool) -> tuple[Str
 
 def _strain_part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool) -> StrainPart:
     """The strain part of a block at the points that sample its energy: linear and nonlinear strain differ in these."""
-    points = _Points.from_block(block, nonlinear)
-    e, q = points.weight.shape
-    has_quadratic = nonlinear or bool(points.stress.any())  # the quadratic part of strain is used
+    weight, elastic, stress = _sampled_tables(block) if nonlinear else (block.weight, block.elastic, block.stress)
+    e, q = weight.shape
+    has_quadratic = nonlinear or bool(stress.any())  # the quadratic part of strain is used
     x = places.x if not nonlinear or places.sampled is None else places.sampled
-    shares = _mean_weights(points.weight, x, places.kind) if e * q > MOST_POINTS else None
+    shares = _mean_weights(weight, x, places.kind) if e * q > MOST_POINTS else None
     n_kept = q if shares is None else shares.shape[1]
     first = block.sampled(slice(0, 1)) if nonlinear else block
     s, g = first.linear_map.shape
     rows = np.empty((e, n_kept, g if has_quadratic else s, raw.shape[1]), np.float32)
     for chunk in cached_chunks(e, q * (g + s) * max(1, raw.shape[1])):
-        gradients = points.gradients(raw, chunk)
+        gradients = block.sampled(chunk).gradients(raw, slice(None)) if nonlinear else block.gradients(raw, chunk)
         values = gradients if has_quadratic else first.linear_map @ gradients
         rows[chunk] = values if shares is None else np.einsum("ekq,eqgn->ekgn", shares[chunk], values)
-    weight = points.weight
     levers = places.lever if not nonlinear or places.sampled_lever is None else places.sampled_lever
     lever = np.broadcast_to(levers, (e, q)) if np.ndim(levers) else np.full((1, 1), levers)
     if shares is not None and lever.size > 1:
@@ -63,8 +60,8 @@ def _strain_part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear
         rows=rows.reshape(-1, *rows.shape[2:]),
         linear=first.linear_map if has_quadratic else np.eye(s),
         quadratic=first.quadratic_map if has_quadratic else np.zeros((s, s, s)),
-        elastic=_table_rows(points.elastic, points.weight.shape, shares),
-        stress=_table_rows(points.stress, points.weight.shape, shares),
+        elastic=_table_rows(elastic, (e, q), shares),
+        stress=_table_rows(stress, (e, q), shares),
         first=np.eye(raw.shape[1]),
         nonlinear=nonlinear,
         per=n_kept,
@@ -94,34 +91,14 @@ def _mean_weights(weight: Array, x: Array, kind: str) -> Array:
     return np.stack([share * (1.0 - along), share * (1.0 + along)], axis=1)
 
 
-@dataclass(frozen=True, eq=False)
-class _Points:
-    """Weights (e, q), elastic matrices (e|1, q|1, s, s) and stresses (e|1, q|1, s) of the points of a block."""
-
-    block: StrainBlock
-    nonlinear: bool
-    weight: Array
-    elastic: Array
-    stress: Array
-
-    @classmethod
-    def from_block(cls, block: StrainBlock, nonlinear: bool) -> _Points:
-        """The points of a block for its linear strain, or those at which nonlinear strain is sampled."""
-        if not nonlinear:
-            return cls(block, False, block.weight, block.elastic, block.stress)
-        chunks = element_chunks(len(block.dofs), 100 * block.linear_map.shape[1])
-        parts = [(part.weight, part.elastic, part.stress) for part in (block.sampled(chunk) for chunk in chunks)]
-        weight, elastic, stress = (
-            arrays[0] if arrays[0].shape[0] == 1 < len(block.dofs) else np.concatenate(arrays)
-            for arrays in zip(*parts, strict=True)
-        )
-        return cls(block, True, weight, elastic, stress)
-
-    def gradients(self, raw: Array, elements: slice) -> Array:
-        """Gradients (e, q, g, n) of raw shapes at the points of these elements."""
-        if self.nonlinear:
-            return self.block.sampled(elements).gradients(raw, slice(None))
-        return self.block.gradients(raw, elements)
+def _sampled_tables(block: StrainBlock) -> list[Array]:
+    """Weights (e, q), elastic matrices (e|1, q|1, s, s), stresses (e|1, q|1, s) where nonlinear strain is sampled."""
+    chunks = element_chunks(len(block.dofs), 100 * block.linear_map.shape[1])
+    parts = [(part.weight, part.elastic, part.stress) for part in (block.sampled(chunk) for chunk in chunks)]
+    return [
+        arrays[0] if arrays[0].shape[0] == 1 < len(block.dofs) else np.concatenate(arrays)
+        for arrays in zip(*parts, strict=True)
+    ]
 
 
 def _table_rows(table: Array, shape: tuple[int, ...], shares: Array | None) -> Array:

@@ -30,13 +30,14 @@ def mass_moments(inertia: Sequence[InertiaBlock], phi_raw: Array) -> MassMoments
             f"the mass moments of {n} shapes would take {size / 1e9:.3g} GB; a body may take {MOST_BYTES / 1e9:g} GB. "
             "Reduce the structure to fewer shapes."
         )
-    total = _empty(n)
+    total = MassMoments(0.0, np.zeros((1 + n, 3)), np.zeros((1 + n, 3, 1 + n, 3)))
     for block in inertia:
         n_points = block.dm.shape[1]
         for chunk in cached_chunks(block.dm.shape[0], 2 * n_points * 3 * (1 + n)):
             dm, rho = block.dm[chunk].ravel(), block.rho[chunk].reshape(-1, 3)
             shapes = block.shapes(phi_raw, chunk) if n else np.zeros((dm.size, 3, 0))  # which takes their functions
-            total = _sum(total, point_moments(dm, rho, shapes.reshape(dm.size, 3, n)))
+            part = point_moments(dm, rho, shapes.reshape(dm.size, 3, n))
+            total = MassMoments(total.mass + part.mass, total.first + part.first, total.second + part.second)
     return total
 
 
@@ -67,14 +68,6 @@ def strain_stiffness(strain: Sequence[StrainBlock], phi_raw: Array) -> Array:
             stress = np.matmul(elastic, B0) * block.weight[chunk][:, :, None, None]
             V1 += np.einsum("eqsi,eqsj->ij", B0, stress, optimize=True)
     return (V1 + V1.T) / 2
-
-
-def _empty(n: int) -> MassMoments:
-    return MassMoments(0.0, np.zeros((1 + n, 3)), np.zeros((1 + n, 3, 1 + n, 3)))
-
-
-def _sum(a: MassMoments, b: MassMoments) -> MassMoments:
-    return MassMoments(a.mass + b.mass, a.first + b.first, a.second + b.second)
 
 
 def mass_points(structure: Structure, phi: Array) -> MassPoints | None:

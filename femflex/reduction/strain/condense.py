@@ -83,9 +83,7 @@ def condense(
         **recombined(body, whole, first),
         strain=strain,
         damping=body.damping[np.ix_(free, free)],
-        kinds=(*_picked_kinds(body.kinds, order), *("carried",) * more, *_picked_kinds(body.kinds, sections))
-        if body.kinds
-        else (),
+        kinds=tuple(body.kinds[k] if k >= 0 else "carried" for k in [*order, *[-1] * more, *sections] if body.kinds),
         omega=np.concatenate([body.omega[order], np.full(more, np.nan), body.omega[sections]])
         if body.omega.size
         else body.omega,
@@ -111,10 +109,6 @@ def recombined(body: FlexibleBody, X: Array, first: Array) -> dict[str, Any]:
         "strain_field": tuple(part.transformed(X, first) for part in body.strain_field),
         "mass_points": None if body.mass_points is None else body.mass_points.transformed(X),
     }
-
-
-def _picked_kinds(kinds: tuple[str, ...], shapes: IntArray) -> tuple[str, ...]:
-    return tuple(kinds[k] for k in shapes)
 
 
 def _condensed_strain(
