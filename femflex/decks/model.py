@@ -19,6 +19,7 @@ from femflex.decks.units import Units
 from femflex.fem import Bushing, Member, MultiPointConstraint, PointMass, Rigid, ScalarSpring, Support
 from femflex.fem.connections.connection import Connection
 from femflex.fem.point_mass import DeckMass
+from femflex.fem.static_loads import StaticLoads
 from femflex.fem.support import COMPONENTS, Rows
 from femflex.mesh.check import reorient_solids
 
@@ -198,6 +199,14 @@ class DeckModel:
             self.required.add(node)
             self.required_turning.update([node] * turns)
         return ScalarSpring(tuple(terms), stiffness * (units.moment if some_turn else units.spring))
+
+    def nodal_load(self, node: int, vector: Array, is_force: bool, units: Units) -> StaticLoads:
+        """A force or a moment (3,) at a node, in units of the deck. Raises ValueError where nothing resists it."""
+        if node not in (self.moving if is_force else self.turning):
+            raise ValueError(f"no element has {'displacements' if is_force else 'rotations'} at a node that it names")
+        if is_force:
+            return StaticLoads.at_points([self.row(node)], forces=vector * units.force)
+        return StaticLoads.at_points([self.row(node)], torques=vector * units.moment)
 
     def support_set(
         self, fixed: Mapping[int, Collection[int]], axes: Callable[[int], Array], name: Callable[[Components], str]

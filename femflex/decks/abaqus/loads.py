@@ -86,14 +86,8 @@ def _at_nodes(model: AbaqusModel, transforms: Mapping[int, System], entry: Insta
         reference = model.rotation_nodes.get(node)
         is_force = component < 3 and reference is None
         turned = model.representative(node if reference is None else reference)
-        if turned not in (model.moving if is_force else model.turning):
-            raise ValueError(f"no element has {'displacements' if is_force else 'rotations'} at a node that it names")
         axes = transforms[node].axes_at(model.x(node)) if node in transforms else np.eye(3)
-        vector = size * axes[component % 3]
-        if is_force:
-            yield ("", node, component), StaticLoads.at_points([model.row(turned)], forces=vector * model.units.force)
-        else:
-            yield ("", node, component), StaticLoads.at_points([model.row(turned)], torques=vector * model.units.moment)
+        yield ("", node, component), model.nodal_load(turned, size * axes[component % 3], is_force, model.units)
 
 
 def _on_elements(model: AbaqusModel, entry: InstanceKeyword, k: int) -> Loads:

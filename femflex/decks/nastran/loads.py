@@ -55,12 +55,7 @@ def _at_grid(model: NastranModel, card: Card) -> StaticLoads:
     else:
         axes = model.systems(card.integer(2, 0)).axes_at(position(grid))
         vector = card.real(3) * np.array(card.reals(4, 3)) @ axes
-    is_force = card.name.startswith("FORCE")
-    if grid not in (model.moving if is_force else model.turning):
-        raise ValueError(f"no element has {'displacements' if is_force else 'rotations'} at its grid point")
-    if is_force:
-        return StaticLoads.at_points([model.row(grid)], forces=vector * model.bulk.units.force)
-    return StaticLoads.at_points([model.row(grid)], torques=vector * model.bulk.units.moment)
+    return model.nodal_load(grid, vector, card.name.startswith("FORCE"), model.bulk.units)
 
 
 def _grav(model: NastranModel, card: Card) -> StaticLoads:
