@@ -21,7 +21,7 @@ from femflex.extras import require
 from femflex.matrices.arrays import arrays_of, contents_of
 from femflex.matrices.contents import Contents, Entries, assembled_matrix, distinct_pairs, register
 from femflex.matrices.model import MatrixModel
-from femflex.mesh.formats.nastran_cards import read_deck
+from femflex.mesh.formats.nastran_cards import read_deck, real
 
 SQUARE, SYMMETRIC, RECTANGULAR = 1, 6, 9  # forms of a DMIG
 COMPLEX = (3, 4)  # types of its entries
@@ -85,7 +85,7 @@ def _dmig_entries(columns: list[Card], form: int) -> Entries:
             if not f[k]:
                 continue
             try:  # fast path for the usual form of an entry
-                row, value = (int(f[k]), int(f[k + 1])), _real(f[k + 2])
+                row, value = (int(f[k]), int(f[k + 1])), real(f[k + 2])
             except ValueError:
                 row, value = (card.integer(k), card.integer(k + 1, 0)), card.real(k + 2)
             rows.append(row)
@@ -94,14 +94,6 @@ def _dmig_entries(columns: list[Card], form: int) -> Entries:
     dofs, number = distinct_pairs(np.array([*rows, *cols], np.int64).reshape(-1, 2))
     n = len(rows)
     return Entries(assembled_matrix(number[:n], number[n:], values, len(dofs), form == SYMMETRIC), dofs)
-
-
-def _real(text: str) -> float:
-    """The number of an entry, usually with an exponent: 1.5-3 or 1.5D-3. Raises ValueError for other forms."""
-    sign = max(text.rfind("+"), text.rfind("-"))
-    if sign > 0 and text[sign - 1] not in "EeDd":
-        return float(f"{text[:sign]}E{text[sign:]}")
-    return float(text.replace("D", "E"))
 
 
 def pyyeti_module(name: str) -> Any:

@@ -237,34 +237,31 @@ def describe(mesh: Mesh) -> str:
     return "\n".join([*lines, "cells", *_cells(mesh), "groups of cells", *_cell_groups(mesh), *_point_groups(mesh)])
 
 
+def _size_of(mesh: Mesh, cell: str, nodes: IntArray) -> tuple[str, Array]:
+    """The total length, area or volume of cells in words, "" of points; and the size (n,) of each."""
+    size = np.abs(sizes(mesh.points, cell, nodes))
+    measure, unit = MEASURES[CELL_TYPES[cell].dimension]
+    return f"{measure} {size.sum():.6g} {unit}" if measure else "", size
+
+
 def _cells(mesh: Mesh) -> list[str]:
     lines = []
     for cell, nodes in mesh.cells.items():
-        dimension = CELL_TYPES[cell].dimension
-        if dimension == 0:
-            lines.append(f"  {cell:<13} {len(nodes):>7}")
-            continue
-        size = np.abs(sizes(mesh.points, cell, nodes))
-        measure, unit = MEASURES[dimension]
-        text = f"{measure} {size.sum():.6g} {unit}, each {size.min():.4g} .. {size.max():.4g}"
-        if dimension > 1:
+        text, size = _size_of(mesh, cell, nodes)
+        text += f", each {size.min():.4g} .. {size.max():.4g}" if text else ""
+        if CELL_TYPES[cell].dimension > 1:
             quality = qualities(mesh.points, cell, nodes)
-            position = mesh.points[nodes[int(np.argmin(quality))]].mean(axis=0)
-            position_text = ", ".join(f"{x:.4g}" for x in position)
-            text += f"; quality {quality.mean():.2f}, worst {quality.min():.2f} at ({position_text})"
-        lines.append(f"  {cell:<13} {len(nodes):>7}   {text}")
+            position = ", ".join(f"{x:.4g}" for x in mesh.points[nodes[int(np.argmin(quality))]].mean(axis=0))
+            text += f"; quality {quality.mean():.2f}, worst {quality.min():.2f} at ({position})"
+        lines.append(f"  {cell:<13} {len(nodes):>7}   {text}".rstrip())
     return lines
 
 
 def _cell_groups(mesh: Mesh) -> list[str]:
     lines = []
     for group, by_type in sorted(mesh.cell_groups.items()):
-        parts = []
-        for cell, rows in by_type.items():
-            dimension = CELL_TYPES[cell].dimension
-            size = np.abs(sizes(mesh.points, cell, mesh.cells[cell][rows])).sum()
-            measure, unit = MEASURES[dimension]
-            parts.append(f"{len(rows)} {cell}" + (f" ({measure} {size:.6g} {unit})" if measure else ""))
+        texts = {cell: _size_of(mesh, cell, mesh.cells[cell][rows])[0] for cell, rows in by_type.items()}
+        parts = [f"{len(by_type[cell])} {cell}" + (f" ({text})" if text else "") for cell, text in texts.items()]
         points = f", {len(mesh.group_points(group))} points" if by_type and group not in mesh.point_groups else ""
         lines.append(f"  {group:<20} {', '.join(parts) or 'empty'}{points}")
     return lines or ["  none"]

@@ -124,9 +124,9 @@ def named_sets(deck: Deck) -> tuple[dict[int, tuple[Numbers, str]], list[tuple[R
             continue
         try:
             if name == "SET1":
-                sets[int(words[0])] = read_number_list([word for word in words[1:] if word != "SKIN"])
+                sets[int(words[0])] = read_number_list([word for word in words[1:] if word not in ("", "SKIN")])
             elif words[1] in ("GRID", "ELEM", "ELEMENT"):
-                sets[int(words[0])] = read_number_list(words[2:])
+                sets[int(words[0])] = read_number_list([word for word in words[2:] if word])
                 kinds[int(words[0])] = "1" if words[1] == "GRID" else "2"
         except ValueError as error:
             wrong.append((card, str(error)))
