@@ -244,13 +244,20 @@ class DeckModel:
 
     def deck(
         self, path: Path, solver: str, units: Units, supports: Mapping[str, SupportSet], default: tuple[str, ...],
-        materials: Sequence[Elastic], bare_sections: tuple[str, ...] = (), **more: Any,
+        materials: Sequence[Elastic], area_masses: Mapping[str, float] | None = None,
+        bare_sections: Mapping[str, str] | None = None, **more: Any,
     ) -> Deck:  # fmt: skip
         """The Deck of what has been read; more: further fields of it. Raises DeckError with all problems.
 
-        bare_sections: names of sections that are given by their stiffness, without a mass
+        area_masses    of sections that are given by their stiffness, by name [kg/m^2]
+        bare_sections  location by name of those of these sections that have no mass
         """
         self.findings.check(path)
+        densities, bare_sections = [m.density for m in materials], bare_sections or {}
+        no_density = self.findings.note_no_mass(
+            [*densities, *(area_masses or {}).values()], [m.name for m in materials],
+            materials[0].location if materials else "", bare_sections,
+        )  # fmt: skip
         mesh = self.build.mesh()
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -259,7 +266,8 @@ class DeckModel:
             path.name, solver, mesh, self.members(), tuple(self.point_masses), tuple(self.connections),
             tuple(self.bushings), supports, default, dict(self.build.row_of), units,
             moduli=tuple(m.values[key] for m in materials for key in ("E", "E1") if m.values.get(key, 0.0) > 0),
-            densities=tuple(m.density for m in materials if m.density > 0), materials=tuple(m.name for m in materials),
+            densities=tuple(rho for rho in densities if rho > 0), materials=tuple(m.name for m in materials),
+            no_density=no_density,
             weightless=(*((m.name, "density") for m in materials), *((n, "nonstructural_mass") for n in bare_sections)),
             used=dict(sorted(self.findings.used.items())), unused=self.findings.left_out, notes=self.findings.notes,
             **more,

@@ -72,10 +72,6 @@ def read_abaqus_deck(path: Path, units: Units, overrides: Values) -> Deck:
     _add_set_groups(model)
     report_unused(model)
     materials = inputs.materials.all_materials()
-    no_density = findings.note_no_mass(
-        [*(m.density for m in materials), *model.area_masses.values()], [m.name for m in materials],
-        materials[0].location if materials else "", model.bare_sections,
-    )  # fmt: skip
     model.override.report_unknown(findings, "material and no section of that name")
     if not model.build.cells and not model.moving and not findings.problems:
         kinds = elements_by_kind(list(flat.elements.values()))
@@ -84,8 +80,7 @@ def read_abaqus_deck(path: Path, units: Units, overrides: Values) -> Deck:
         if not kinds:
             findings.problem(f"{path.name} has no elements; there is no structure to make")
     deck = model.deck(
-        path, "Abaqus", units, supports, default, materials, tuple(model.bare_sections), loads=loads,
-        no_density=no_density,
+        path, "Abaqus", units, supports, default, materials, model.area_masses, model.bare_sections, loads=loads,
     )  # fmt: skip
     lone = NODE_MEMBERS.keys() & model.build.point_groups.keys()
     stiff = model.build.families() <= FULL_RANK_FAMILIES and not model.connections and not lone

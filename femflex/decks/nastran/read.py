@@ -74,21 +74,11 @@ def read_nastran_deck(path: Path, units: Units, overrides: Values) -> Deck:
     loads = read_loads(model)
     _add_sets(model)
     report_unused(bulk)
-    all_materials = materials.all_materials()
-    no_density = bulk.findings.note_no_mass(
-        [m.density for m in all_materials],
-        [m.name for m in all_materials],
-        all_materials[0].location if all_materials else "",
-    )
-    bulk.override.report_unknown(
-        bulk.findings,
-        "such property or material; they are named pid_3 and mat_1, or as the deck's comments name them",
-    )
+    text = "such property or material; they are named pid_3 and mat_1, or as the deck's comments name them"
+    bulk.override.report_unknown(bulk.findings, text)
     if not model.build.cells and not model.moving and not bulk.findings.problems:
         bulk.findings.problem(f"{path.name} has no elements, masses or springs; there is no structure to make")
-    deck = model.deck(
-        path, "Nastran", units, supports, default, all_materials, loads=loads, no_density=no_density,
-    )  # fmt: skip
+    deck = model.deck(path, "Nastran", units, supports, default, materials.all_materials(), loads=loads)
     autospc = bulk.parameters.get("AUTOSPC")
     return deck if autospc is not None and autospc.word(1) == "NO" else with_autospc(deck)
 
