@@ -57,9 +57,7 @@ def general_section(model: AbaqusModel, keyword: Keyword) -> BeamSection:
     if kind == "GENERAL":
         values, centroid = _row(keyword, 0), (0.0, 0.0)
         if len(values) < 5:
-            raise ValueError(
-                f"{keyword.location()}: SECTION=GENERAL has {len(values)} values; give A, I11, I12, I22 and J."
-            )
+            raise keyword.error(f": SECTION=GENERAL has {len(values)} values; give A, I11, I12, I22 and J.")
         I11, I12, I22, J = (value * u.length**4 for value in values[1:5])
         # y lies along the 2-axis: I11 = int (along 2)^2 dA bends about 1
         section = profiles.by_numbers(values[0] * u.length**2, I11, I22, J, -I12)
@@ -79,9 +77,9 @@ def with_shear(model: AbaqusModel, beam: BeamSection, keyword: Keyword) -> BeamS
         raise keyword.error(f"has K23, K13 = {values} N; give positive ones.")
     k23, k13 = k23 or k13, k13 or k23
     if beam.principal and abs(k23 - k13) > 1e-9 * k23:
-        raise ValueError(
-            f"{keyword.location()}: the section's principal axes are turned by {math.degrees(beam.principal):.4g} deg, "
-            f"and K23 = {k23:.6g} N differs from K13 = {k13:.6g} N; give I12 = 0, with n1 along a principal axis."
+        raise keyword.error(
+            f": the section's principal axes are turned by {math.degrees(beam.principal):.4g} deg, and K23 = "
+            f"{k23:.6g} N differs from K13 = {k13:.6g} N; give I12 = 0, with n1 along a principal axis."
         )
     section = beam.section.model_copy(update={"GAy": k23, "GAz": k13})
     return replace(beam, section=section, shears=True)
@@ -125,16 +123,14 @@ def _shape(model: AbaqusModel, keyword: Keyword, kind: str) -> tuple[SectionProp
     """The profile [m], and its centroid (y, z) from the nodes."""
     d, counts = [value * model.units.length for value in _row(keyword, 0)], N_DIMENSIONS
     if kind not in counts:
-        raise ValueError(
-            f"{keyword.location()}: SECTION={kind or '(none)'} is not read; known are {', '.join(counts)} and, in "
-            "*BEAM GENERAL SECTION, GENERAL with A, I11, I12, I22 and J."
+        raise keyword.error(
+            f": SECTION={kind or '(none)'} is not read; known are {', '.join(counts)} and, in *BEAM GENERAL SECTION, "
+            "GENERAL with A, I11, I12, I22 and J."
         )
     if kind == "RECT" and len(d) == 1:
         d = d * 2
     if len(d) < counts[kind] or any(value < 0 for value in d):
-        raise ValueError(
-            f"{keyword.location()}: SECTION={kind} has dimensions {d} m; give {counts[kind]}, none negative."
-        )
+        raise keyword.error(f": SECTION={kind} has dimensions {d} m; give {counts[kind]}, none negative.")
     if kind == "RECT":
         return profiles.bar(*d[:2]), (0.0, 0.0)
     if kind == "CIRC":

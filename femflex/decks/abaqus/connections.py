@@ -32,10 +32,7 @@ def surface_nodes(model: AbaqusModel, surfaces: Surfaces, word: str, entry: Inst
         return surface.nodes
     if model.flat.nsets.is_known(word, scope):
         return model.nodes_of(word, scope, keyword)
-    raise ValueError(
-        f"{keyword.location()}: surface {word!r} is not in the deck; it has "
-        f"{sorted({name for _, name in surfaces})[:20]}."
-    )
+    raise keyword.error(f": surface {word!r} is not in the deck; it has {sorted({name for _, name in surfaces})[:20]}.")
 
 
 def read_ties(model: AbaqusModel, surfaces: Surfaces) -> None:
@@ -262,7 +259,7 @@ def _equation(model: AbaqusModel, transforms: Transforms, entry: InstanceKeyword
             words += [word for word in keyword.data[k] if word]
             k += 1
         if len(words) < 3 * count:
-            raise ValueError(f"{keyword.location(start)}: an equation of {count} terms has {len(words) // 3} of them.")
+            raise keyword.error(f": an equation of {count} terms has {len(words) // 3} of them.", start)
         terms = [
             (
                 model.nodes_of(words[3 * j], scope, keyword, start),

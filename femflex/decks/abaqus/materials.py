@@ -114,9 +114,8 @@ class Materials:
             matrix = _matrix(kind, np.array(c) * p)
         values = self._model.override([name], values, keyword.location())
         if values["density"] < 0 or values.get("E", values.get("E1", 1.0)) <= 0:
-            raise ValueError(
-                f"{keyword.location()}: material {name!r} has {values}; moduli must be positive and the density "
-                "not negative."
+            raise keyword.error(
+                f": material {name!r} has {values}; moduli must be positive and the density not negative."
             )
         if "E" in values:
             values["G"] = values["E"] / (2 * (1 + values["nu"]))

@@ -50,32 +50,28 @@ def _add(
     scope, keyword = entry
     elset, units = keyword.parameter("elset"), _choice(keyword, "units", UNITS, "")
     distribution = _choice(keyword, "distribution", DISTRIBUTIONS, DISTRIBUTIONS[0])
-    cells = [
-        cell for number in model.flat.elements_of(elset, scope, keyword.location()) for cell in built.get(number, ())
-    ]
+    numbers = [number for number in model.flat.elements_of(elset, scope, keyword.location()) if number in built]
+    cells = [cell for number in numbers for cell in built[number]]  # an element may consist of two cells
     if not cells:
-        raise ValueError(f"{keyword.location()}: ELSET {elset!r} of *{keyword.name} has no elements with mass.")
+        raise keyword.error(f": ELSET {elset!r} has no elements with mass.")
     word = keyword.data[0][0] if keyword.data else ""
     value = keyword.real(word, 0, "a mass") * model.units.mass / model.units.length ** EXPONENT[units]
     by_volume = units == "MASS PER VOLUME" or (units == "TOTAL MASS" and distribution == "VOLUME PROPORTIONAL")
     for cell in cells:
-        label = model.flat.label(cell.number or 0)
-        _check(cell, label, keyword, elset, units, by_volume)
+        _check(cell, model.flat.label(cell.number or 0), keyword, elset, units, by_volume)
     if units == "TOTAL MASS":
         value /= sum(
             size * (_height(cell) if by_volume else _structural_mass(cell)) for cell, size in _with_sizes(model, cells)
         )
-    for cell in cells:
-        fraction, extra = (0.0, value) if units in ("MASS PER AREA", "MASS PER LENGTH") else (value, 0.0)
-        if by_volume:
-            fraction *= _height(cell) / _structural_mass(cell)
-        previous = changes.get(cell.number or 0, (0.0, 0.0))
-        is_first = cell is built[cell.number or 0][0]  # an element may consist of two cells
-        changes[cell.number or 0] = (previous[0] + fraction, previous[1] + extra) if is_first else previous
-        if changes[cell.number or 0][0] * _structural_mass(cell) + changes[cell.number or 0][1] <= -_structural_mass(
-            cell
-        ):
-            raise keyword.error(f"leaves element {model.flat.label(cell.number or 0)} no mass; correct it.")
+    for number in numbers:
+        own, (fraction, extra) = _structural_mass(built[number][0]), changes.get(number, (0.0, 0.0))
+        if units in ("MASS PER AREA", "MASS PER LENGTH"):
+            extra += value
+        else:
+            fraction += value * (_height(built[number][0]) / own if by_volume else 1.0)
+        changes[number] = fraction, extra
+        if fraction * own + extra <= -own:
+            raise keyword.error(f"leaves element {model.flat.label(number)} no mass; correct it.")
 
 
 def _choice(keyword: Keyword, name: str, choices: tuple[str, ...], default: str) -> str:

@@ -29,7 +29,7 @@ def read_masses(model: AbaqusModel, inputs: SectionInputs) -> None:
                 ", TYPE=ANISOTROPIC is not read: the mass of a point is alike in all directions; give one."
             )
         if m < 0:
-            raise ValueError(f"{keyword.location(0)}: the mass is {m:.6g} kg; a mass cannot be negative.")
+            raise keyword.error(f": the mass is {m:.6g} kg; a mass cannot be negative.", 0)
         for element in _elements_of_keyword(model, entry):
             node = model.representative(element.nodes[0])
             masses[node] = masses.get(node, 0.0) + m

@@ -55,9 +55,9 @@ class SectionInputs:
             return None
         system = self.systems.get((scope.upper(), name.upper()), self.systems.get(("", name.upper())))
         if system is None:
-            raise ValueError(
-                f"{keyword.location()}: orientation {name!r} is not in the deck; it has "
-                f"{sorted(orientation for _, orientation in self.systems) or 'none'}."
+            raise keyword.error(
+                f": orientation {name!r} is not in the deck; it has "
+                f"{sorted((orientation for _, orientation in self.systems)) or 'none'}."
             )
         return system
 
@@ -240,9 +240,7 @@ def _shells(model: AbaqusModel, inputs: SectionInputs, entry: InstanceKeyword, e
         if not mass > 0:
             model.bare_sections[elset] = keyword.location()
     if not values["thickness"] > 0:
-        raise ValueError(
-            f"{keyword.location()}: the thickness of ELSET {elset!r} is {values['thickness']:.6g} m; give one."
-        )
+        raise keyword.error(f": the thickness of ELSET {elset!r} is {values['thickness']:.6g} m; give one.")
     factor, isotropic = values["thickness"] / height, bool(plies) and all(ply.material.isotropic for ply in plies)
     membrane = keyword.name == "MEMBRANE SECTION"
     offset = _offset(keyword)
@@ -373,7 +371,7 @@ def _offset(keyword: Keyword) -> float:
     try:
         return {"": 0.0, "SPOS": 0.5, "SNEG": -0.5}.get(word) or float(word or 0.0)
     except ValueError:
-        raise ValueError(f"{keyword.location()}: OFFSET={word} is not read; give SPOS, SNEG or a number.") from None
+        raise keyword.error(f": OFFSET={word} is not read; give SPOS, SNEG or a number.") from None
 
 
 def _default_axis(normal: Array) -> Array:

@@ -189,9 +189,9 @@ def _keywords_by_instance(keywords: list[Keyword]) -> tuple[list[InstanceKeyword
             scope = keyword.parameter("name")
             name = keyword.parameter("part").upper()
             if name and name not in parts:
-                raise ValueError(
-                    f"{keyword.location()}: instance {scope!r} is of part {keyword.parameter('part')!r}, which is not "
-                    f"in the deck; its parts are {sorted(parts)}."
+                raise keyword.error(
+                    f": instance {scope!r} is of part {keyword.parameter('part')!r}, which is not in the deck; its "
+                    f"parts are {sorted(parts)}."
                 )
             placements[scope.upper()] = _placement(keyword)
             scoped.append(InstanceKeyword(scope, keyword))
@@ -210,9 +210,7 @@ def _placement(keyword: Keyword) -> Placement:
     if len(rows) < 2:
         return Placement(shift)
     if len(rows[1]) != 7:
-        raise ValueError(
-            f"{keyword.location(1)}: a rotation of an instance has two points and an angle; give 7 numbers."
-        )
+        raise keyword.error(": a rotation of an instance has two points and an angle; give 7 numbers.", 1)
     a, b, angle = np.array(rows[1][:3]), np.array(rows[1][3:6]), np.radians(rows[1][6])
     axis = (b - a) / (np.linalg.norm(b - a) or 1.0)
     cross = np.cross(np.eye(3), axis)

@@ -140,9 +140,9 @@ def _input_file(keyword: Keyword, folders: list[Path]) -> Path:
     name = keyword.parameter("input").replace("\\", "/")
     path = next((folder / name for folder in folders if (folder / name).is_file()), None)
     if path is None:
-        raise ValueError(
-            f"{keyword.location()}: {folders[0] / name} is named by *{keyword.name} in an Abaqus deck but does not "
-            "exist. Put the file there, or take the line out."
+        raise keyword.error(
+            f": {folders[0] / name} is named by *{keyword.name} in an Abaqus deck but does not exist. Put the file "
+            "there, or take the line out."
         )
     return path
 
