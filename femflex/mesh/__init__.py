@@ -1,4 +1,4 @@
-"""Meshes: the container, reading and writing through meshio, generators."""
+"""Meshes: the container, its files, refinement, generators."""
 
 from femflex.mesh.check import check
 from femflex.mesh.generators import annulus, box, line, rectangle

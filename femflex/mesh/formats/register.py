@@ -1,7 +1,8 @@
 """The register of mesh file formats, and the only access to meshio.
 
 A new format is one new module: a function that reads Contents and one that writes a Mesh, registered under its
-suffixes. meshio prints its errors and may end the process; both are converted to exceptions with a clear message here.
+suffixes. meshio, which reads VTU and writes VTU, legacy VTK and MED, prints warnings and may end the process; the
+warnings are logged here, and an end of the process is an error of the file.
 """
 
 from __future__ import annotations
