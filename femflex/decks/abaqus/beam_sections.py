@@ -16,10 +16,10 @@ from femflex.fem.sections.library import StiffnessSection
 from femflex.fem.sections.profiles import Place, SectionProperties, principal_moments
 from femflex.mesh.formats.abaqus_keywords import Keyword
 
-SHEAR_FACTORS = {  # Abaqus' own, by shape
-    "RECT": 0.85, "CIRC": 0.89, "PIPE": 0.53, "THICK PIPE": 0.53, "BOX": 0.44, "I": 0.44, "T": 0.44, "L": 1.0,
+SHAPES = {  # number of dimensions, and Abaqus' own shear factor
+    "RECT": (2, 0.85), "CIRC": (1, 0.89), "PIPE": (2, 0.53), "THICK PIPE": (2, 0.53), "BOX": (6, 0.44), "I": (7, 0.44),
+    "T": (5, 0.44), "L": (4, 1.0),
 }  # fmt: skip
-N_DIMENSIONS = {"RECT": 2, "CIRC": 1, "PIPE": 2, "THICK PIPE": 2, "BOX": 6, "I": 7, "T": 5, "L": 4}
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ def beam_section(model: AbaqusModel, material: Elastic, keyword: Keyword) -> Bea
     E, G, rho = material.bar()
     kind = _kind(keyword.parameter("section"))
     section, centroid = _shape(model, keyword, kind)
-    return _principal_section(section, E, G, rho, SHEAR_FACTORS[kind], _n1(keyword, 1), centroid)
+    return _principal_section(section, E, G, rho, SHAPES[kind][1], _n1(keyword, 1), centroid)
 
 
 def general_section(model: AbaqusModel, keyword: Keyword) -> BeamSection:
@@ -63,7 +63,7 @@ def general_section(model: AbaqusModel, keyword: Keyword) -> BeamSection:
         section = profiles.by_numbers(values[0] * u.length**2, I11, I22, J, -I12)
     else:
         section, centroid = _shape(model, keyword, kind)
-    return _principal_section(section, E, G, rho, SHEAR_FACTORS.get(kind, 1.0), _n1(keyword, 1), centroid)
+    return _principal_section(section, E, G, rho, SHAPES.get(kind, (0, 1.0))[1], _n1(keyword, 1), centroid)
 
 
 def with_shear(model: AbaqusModel, beam: BeamSection, keyword: Keyword) -> BeamSection:
@@ -121,16 +121,16 @@ def _kind(word: str) -> str:
 
 def _shape(model: AbaqusModel, keyword: Keyword, kind: str) -> tuple[SectionProperties, Place]:
     """The profile [m], and its centroid (y, z) from the nodes."""
-    d, counts = [value * model.units.length for value in _row(keyword, 0)], N_DIMENSIONS
-    if kind not in counts:
+    d = [value * model.units.length for value in _row(keyword, 0)]
+    if kind not in SHAPES:
         raise keyword.error(
-            f": SECTION={kind or '(none)'} is not read; known are {', '.join(counts)} and, in *BEAM GENERAL SECTION, "
+            f": SECTION={kind or '(none)'} is not read; known are {', '.join(SHAPES)} and, in *BEAM GENERAL SECTION, "
             "GENERAL with A, I11, I12, I22 and J."
         )
     if kind == "RECT" and len(d) == 1:
         d = d * 2
-    if len(d) < counts[kind] or any(value < 0 for value in d):
-        raise keyword.error(f": SECTION={kind} has dimensions {d} m; give {counts[kind]}, none negative.")
+    if len(d) < SHAPES[kind][0] or any(value < 0 for value in d):
+        raise keyword.error(f": SECTION={kind} has dimensions {d} m; give {SHAPES[kind][0]}, none negative.")
     if kind == "RECT":
         return profiles.bar(*d[:2]), (0.0, 0.0)
     if kind == "CIRC":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from femflex.decks.nastran.card import Card, numbers_of
 from femflex.decks.nastran.model import NastranModel
 from femflex.mesh.formats.guards import check_count
 
+EVERY = (1, 2, 3, 4, 5, 6)
 SINGULAR = 1e-10  # smallest relative singular value of components that determine a rigid motion
 
 
@@ -36,16 +38,21 @@ def _rbe2(model: NastranModel, card: Card) -> None:
     if not grids or not components:
         model.bulk.findings.unused("RBE2", "it has no dependent components; it has no effect", card.location)
         return
-    if not all([model.depend(g, components, card) for g in grids]):
-        return
     is_isotropic = all(
         set(part) <= set(components) or not set(part) & set(components) for part in ((1, 2, 3), (4, 5, 6))
     )
-    axes = (lambda _: np.eye(3)) if is_isotropic else model.grids.axes
-    model.add_rigid(f"rbe2_{card.integer(0)}", grids, centre, components, axes)
-    model.turning.update(g for g in grids if g not in model.moving)
-    model.turning.add(centre)
-    model.moving.update([centre, *grids])
+    _follow(model, card, centre, grids, components, (lambda _: np.eye(3)) if is_isotropic else model.grids.axes)
+
+
+def _follow(
+    model: NastranModel, card: Card, lead: int, grids: list[int], components: tuple[int, ...],
+    axes: Callable[[int], Array],
+) -> None:  # fmt: skip
+    """Let components of grids follow another grid rigidly."""
+    if all([model.depend(g, components, card) for g in grids]):
+        model.add_rigid(f"{card.name.lower()}_{card.integer(0)}", grids, lead, components, axes)
+        model.turning.update([lead, *(g for g in grids if g not in model.moving)])
+        model.moving.update([lead, *grids])
 
 
 def _rigid_rows(model: NastranModel, grid: int, components: tuple[int, ...], origin: Array) -> Array:
@@ -73,21 +80,20 @@ def _add_rigid_dependence(
             "that do"
         )
     inverse = np.linalg.inv(R)
-    groups = list(dict.fromkeys(grids))
-    # independent components, along their own axes, from the basic ones of the grids
-    selection = np.zeros((6, 6 * len(groups)))
-    row = 0
-    for g, components in leading:
-        axes = model.grids.axes(g)
-        for c in components:
-            start = 6 * groups.index(g) + (3 if c > 3 else 0)
-            selection[row, start : start + 3] = axes[(c - 1) % 3]
-            row += 1
+    leaders, terms = list(dict.fromkeys(grids)), [(g, c) for g, components in leading for c in components]
     for g, components in dependent:
-        if not components or not model.depend(g, components, card):
-            continue
-        matrix = _rigid_rows(model, g, components, origin) @ inverse @ selection
-        _add_multi_point(model, card, g, components, groups, matrix)
+        if components and model.depend(g, components, card):
+            share = _rigid_rows(model, g, components, origin) @ inverse
+            _add_multi_point(model, card, g, components, leaders, _in_basic_axes(model, share, terms, leaders))
+
+
+def _in_basic_axes(model: NastranModel, share: Array, terms: list[tuple[int, int]], leaders: list[int]) -> Array:
+    """Matrix (k, 6 n) on the motions of leaders in basic axes, from the shares (k, m) of components along their own."""
+    matrix, column = np.zeros((len(share), 6 * len(leaders))), {g: 6 * k for k, g in enumerate(leaders)}
+    for k, (g, c) in enumerate(terms):
+        start = column[g] + (3 if c > 3 else 0)
+        matrix[:, start : start + 3] += np.outer(share[:, k], model.grids.axes(g)[(c - 1) % 3])
+    return matrix
 
 
 def _add_multi_point(
@@ -106,23 +112,19 @@ def _rbar(model: NastranModel, card: Card) -> None:
     a, b = card.integer(1), card.integer(2)
     if not model.grids.require([a, b], card):
         return
+    if a == b:
+        raise ValueError(f"{card} names a grid point twice; it joins two")
     leading = [(a, card.components(3)), (b, card.components(4))]
     dependent = [(a, card.components(5)), (b, card.components(6))]
     leading = [(g, c) for g, c in leading if c]
     if not any(c for _, c in dependent):
         independent = dict(leading)
         dependent = [(g, tuple(c for c in range(1, 7) if c not in independent.get(g, ()))) for g in (a, b)]
-    everything = (1, 2, 3, 4, 5, 6)
-    if len(leading) == 1 and leading[0][1] == everything:
+    if len(leading) == 1 and leading[0][1] == EVERY:
         lead = leading[0][0]
-        other = b if lead == a else a
-        components = next(c for g, c in dependent if g == other)
-        if components == everything and model.depend(other, components, card):
-            model.add_rigid(f"rbar_{card.integer(0)}", [other], lead, everything, lambda _: np.eye(3))
-            model.turning.update(g for g in (lead, other) if g == lead or g not in model.moving)
-            model.moving.update([a, b])
-            return
-        if components == everything:
+        other, components = next((g, c) for g, c in dependent if g != lead)
+        if components == EVERY:
+            _follow(model, card, lead, [other], EVERY, lambda _: np.eye(3))
             return
     _add_rigid_dependence(model, card, leading, dependent)
     model.turning.update(g for g in (a, b) if g not in model.moving)
@@ -220,10 +222,7 @@ def _rbe3(model: NastranModel, card: Card) -> None:
             f"{''.join(map(str, components))} (they lie on a line or at one point); name more"
         )
     share = centre_rows @ (scale[:, None] * inverse @ (scale[:, None] * (R.T * W)))  # of every term in the motion
-    matrix, column = np.zeros((len(components), 6 * len(leaders))), {g: 6 * k for k, g in enumerate(leaders)}
-    for k, (_, g, c) in enumerate(terms):
-        start = column[g] + (3 if c > 3 else 0)
-        matrix[:, start : start + 3] += np.outer(share[:, k], model.grids.axes(g)[(c - 1) % 3])
+    matrix = _in_basic_axes(model, share, [(g, c) for _, g, c in terms], leaders)
     _add_multi_point(model, card, centre, components, leaders, matrix)
 
 
