@@ -29,7 +29,6 @@ class Bulk:
     cards: dict[str, list[Card]] = field(default_factory=dict)
     selected_sets: dict[str, int] = field(default_factory=dict)
     parameters: dict[str, Card] = field(default_factory=dict)
-    solution: str = ""
     wtmass: float = 1.0
 
     @property
@@ -84,42 +83,28 @@ def bulk_of(raw: RawDeck, units: Units, override: Overrides) -> Bulk:
     for raw_card in raw.raw:
         name = raw_card.name.upper()
         bulk.cards.setdefault(name, []).append(Card(name, raw_card.fields, Location(raw_card.file, raw_card.line)))
-    for card in [*bulk.cards.get("PARAM", ()), *_control_parameters(raw)]:  # case control takes precedence
-        bulk.parameters[card.word(0)] = card
+    bulk.parameters = {card.word(0): card for card in bulk.cards.get("PARAM", ())}
+    _read_control(bulk)
     if (wtmass := bulk.parameters.get("WTMASS")) is not None:
         bulk.attempt(wtmass, lambda: setattr(bulk, "wtmass", wtmass.real(1)))
-    _read_selections(bulk)
     return bulk
 
 
-def _control_parameters(raw: RawDeck) -> list[Card]:
-    """PARAM of case control as cards: those above the subcases and in the first one."""
-    cards, subcases = list[Card](), 0
-    for line in raw.control:
-        text = line.text.strip().upper()
-        subcases += bool(re.match(r"(SUBCASE|STEP)\b", text))
-        words = [word for word in re.split(r"[\s,=]+", text) if word]
-        if subcases < 2 and len(words) > 2 and words[0] == "PARAM":
-            cards.append(Card("PARAM", words[1:], Location(line.file, line.number)))
-    return cards
-
-
-def _read_selections(bulk: Bulk) -> None:
-    """Read the selections of case control: above the subcases, replaced by those of the first subcase."""
+def _read_control(bulk: Bulk) -> None:
+    """Read the selections of case control, and its PARAMs, which take precedence over bulk data: those above the
+    subcases, replaced by those of the first subcase."""
     above: dict[str, int] = {}
     subcases: list[dict[str, int]] = []
     for line in bulk.raw.control:
         text = line.text.strip().upper()
-        if re.match(r"SOL\b", text):
-            bulk.solution = text[3:].strip(" ,=")
+        words = [word for word in re.split(r"[\s,=]+", text) if word]
         if re.match(r"(SUBCASE|STEP)\b", text):
             subcases.append({})
-            continue
-        match = re.match(r"(SPC|MPC|METHOD|NSM)\s*[= ]\s*(\d+)", text)
-        if match:
+        elif match := re.match(r"(SPC|MPC|NSM)\s*[= ]\s*(\d+)", text):
             (subcases[-1] if subcases else above)[match[1]] = int(match[2])
-    first = subcases[0] if subcases else {}
-    bulk.selected_sets = {**first, **above} if not first else {**above, **first}
+        elif len(subcases) < 2 and len(words) > 2 and words[0] == "PARAM":
+            bulk.parameters[words[1]] = Card("PARAM", words[1:], Location(line.file, line.number))
+    bulk.selected_sets = {**above, **(subcases[0] if subcases else {})}
     for key in ("SPC", "MPC", "NSM"):
         others = {subcase[key] for subcase in subcases[1:] if key in subcase} - {bulk.selected_sets.get(key)}
         if others:
