@@ -119,7 +119,7 @@ def check_model(model: MatrixModel, stated: StatedMass | None = None) -> MatrixR
     if mass > 0:
         R = rigid_shapes(structure, about=centre)
     rigid = relative_energy(K, R)
-    findings += _resisted_rigid_motions(model, structure, K, R, rigid)
+    findings += _resisted_rigid_motions(model, K, R, rigid)
     findings += _boundary_modal_coupling(model, K)
     if stated is not None:
         findings += _differences_from_stated(stated, mass, centre, J)
@@ -243,9 +243,7 @@ def relative_energy(K: sparse.csr_array, R: Array) -> Array:
     return np.abs(np.einsum("ik,ik->k", R, K @ R)) / np.maximum(bound, 1e-300)
 
 
-def _resisted_rigid_motions(
-    model: MatrixModel, structure: MatrixStructure, K: sparse.csr_array, R: Array, rigid: Array
-) -> list[Finding]:
+def _resisted_rigid_motions(model: MatrixModel, K: sparse.csr_array, R: Array, rigid: Array) -> list[Finding]:
     """Findings about rigid motions that K resists, with the node at which the force is largest."""
     findings = []
     for k in np.flatnonzero(rigid > GROUNDED):

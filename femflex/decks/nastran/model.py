@@ -54,7 +54,7 @@ class NastranModel(DeckModel):
         """Position (3,) of a grid [m]."""
         return self.grids[node].position
 
-    def placed(self, card: Card, ends: Sequence[tuple[int, Components]]) -> list[tuple[int, Components]]:
+    def placed_ends(self, card: Card, ends: Sequence[tuple[int, Components]]) -> list[tuple[int, Components]]:
         """Grid points and components, those of scalar points in their place; none, with a finding, where a scalar point
         is joined to no grid point."""
         if self.scalars.alone & {number for number, _ in ends}:
@@ -67,7 +67,7 @@ class NastranModel(DeckModel):
     def ends(self, card: Card) -> list[tuple[int, Components]]:
         """The grid points and components that a scalar spring or mass joins."""
         ends = [(card.integer(k, 0), card.components(k + 1)) for k in (2, 4)]
-        return self.placed(card, [(number, components) for number, components in ends if number])
+        return self.placed_ends(card, [(number, components) for number, components in ends if number])
 
     def depend(self, grid: int, components: Components, card: Card) -> bool:
         """Record that a card makes components of a grid dependent; add a problem and return False if they already

@@ -248,7 +248,7 @@ def _mpcs(model: NastranModel) -> None:
 def _mpc(model: NastranModel, card: Card) -> None:
     """Add sum A u = 0, in which the first component is dependent."""
     fields = [k for start in range(1, len(card.fields), 8) for k in (start, start + 3) if card.has(k)]
-    ends = model.placed(card, [(card.integer(k), card.components(k + 1)) for k in fields])
+    ends = model.placed_ends(card, [(card.integer(k), card.components(k + 1)) for k in fields])
     terms = [(g, c[0] if c else 0, card.real(k + 2, 0.0)) for k, (g, c) in zip(fields, ends, strict=False)]
     if not terms or not model.grids.require([g for g, _, _ in terms], card):
         return

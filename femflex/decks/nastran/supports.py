@@ -44,7 +44,7 @@ def read_supports(model: NastranModel) -> tuple[dict[str, SupportSet], tuple[str
         for k in (1, 4):
             if card.has(k):
                 if card.integer(k) not in model.scalars.alone:
-                    (grid, components), *_ = model.placed(card, [(card.integer(k), card.components(k + 1))])
+                    (grid, components), *_ = model.placed_ends(card, [(card.integer(k), card.components(k + 1))])
                     fix(card, card.integer(0), [grid], components)
                 if card.real(k + 2, 0.0):
                     text = "prescribed displacement is left out; the component is held at zero"
