@@ -105,7 +105,7 @@ class DeckModel:
     def add_rigid(
         self, name: str, nodes: Iterable[int], reference: int, components: Components, axes: Callable[[int], Array]
     ) -> None:
-        """Let components of nodes, along the axes (3, 3) of each, follow a reference node rigidly."""
+        """Let components of nodes, along the axes (3, 3) of each, follow a reference node rigidly, at its position [m]."""
         nodes_by_axes: dict[tuple[float, ...], list[int]] = {}
         for node in nodes:
             nodes_by_axes.setdefault(direction_key(axes(node).ravel()), []).append(node)
@@ -142,8 +142,8 @@ class DeckModel:
         return leaders, matrix
 
     def link(self, node: int, other: int, component: int, axes: Array) -> tuple[list[int], Array]:
-        """Leaders and matrix (1, 12) that keep the distance of two nodes by a component (1 to 3) of the first along its
-        axes."""
+        """Leaders and matrix (1, 12) [1] that keep the distance of two nodes by a component (1 to 3) of the first along
+        its axes (3, 3)."""
         t = self.x(other) - self.x(node)
         own = axes[component - 1]
         matrix = np.zeros((1, 12))

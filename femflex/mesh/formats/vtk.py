@@ -190,7 +190,7 @@ class _Legacy:
 def marked_contents(
     points: Array, cells: Sequence[tuple[str, IntArray]], cell_arrays: Markers, point_arrays: Markers
 ) -> Contents:
-    """Contents with groups by arrays over all cells in order, and over the points."""
+    """Contents of points (n, 3) [m] and cells, with groups by arrays over all cells in order, and over the points."""
     starts = np.cumsum([0, *(len(nodes) for _, nodes in cells)])
     blocks = [Block(cell, nodes) for cell, nodes in cells]
     for name, values in cell_arrays.items():
