@@ -105,7 +105,7 @@ class DeckModel:
     def add_rigid(
         self, name: str, nodes: Iterable[int], reference: int, components: Components, axes: Callable[[int], Array]
     ) -> None:
-        """Let components of nodes, along the axes (3, 3) of each, follow a reference node rigidly, at its position [m]."""
+        """Let components of nodes, along the axes (3, 3) of each, follow a reference node rigidly [m]."""
         nodes_by_axes: dict[tuple[float, ...], list[int]] = {}
         for node in nodes:
             nodes_by_axes.setdefault(direction_key(axes(node).ravel()), []).append(node)
