@@ -38,25 +38,18 @@ class Materials:
         self._model = model
         self._by_name: dict[str, Elastic] = {}
         self._unusable: dict[str, str] = {}
-        self._nonlinear_keyword: dict[str, str] = {}  # material -> its first keyword that is no linear elasticity
-        name, parts, head = "", dict[str, Keyword](), None
+        materials: list[tuple[Keyword, list[Keyword]]] = []
+        current: list[Keyword] | None = None
         for _, keyword in model.flat.keywords:
             if keyword.name == "MATERIAL":
-                self._finish(name, parts, head)
-                name, parts, head = keyword.parameter("name"), {}, keyword
-                model.findings.use("*MATERIAL")
-            elif head is not None and keyword.name in MATERIAL_KEYWORDS:
-                if keyword.name not in ("ELASTIC", "DENSITY", "DEPVAR", "EXPANSION", "DAMPING"):
-                    self._nonlinear_keyword.setdefault(name.upper(), keyword.name)
-                if keyword.name in IGNORED_BEHAVIOUR:
-                    model.findings.unused(f"*{keyword.name}", IGNORED_BEHAVIOUR[keyword.name], location_of(keyword))
-                else:
-                    parts[keyword.name] = keyword
-                    model.findings.use(f"*{keyword.name}")
-            elif head is not None and keyword.name.endswith("SECTION"):
-                self._finish(name, parts, head)
-                head = None
-        self._finish(name, parts, head)
+                current = []
+                materials.append((keyword, current))
+            elif keyword.name.endswith("SECTION"):
+                current = None
+            elif current is not None and keyword.name in MATERIAL_KEYWORDS:
+                current.append(keyword)
+        for head, keywords in materials:
+            self._read(head, keywords)
 
     def __call__(self, name: str, where: str) -> Elastic:
         """The material with this name. Raises ValueError if the deck has no such elastic material."""
@@ -72,15 +65,21 @@ class Materials:
         """All elastic materials."""
         return list(self._by_name.values())
 
-    def _finish(self, name: str, parts: dict[str, Keyword], head: Keyword | None) -> None:
-        if head is None:
+    def _read(self, head: Keyword, keywords: list[Keyword]) -> None:
+        """Read a material by its keyword and those that describe it."""
+        name, findings, parts = head.parameter("name"), self._model.findings, {k.name: k for k in keywords}
+        findings.use("*MATERIAL")
+        for keyword in keywords:
+            if keyword.name in IGNORED_BEHAVIOUR:
+                findings.unused(f"*{keyword.name}", IGNORED_BEHAVIOUR[keyword.name], location_of(keyword))
+            else:
+                findings.use(f"*{keyword.name}")
+        if "ELASTIC" in parts:
+            self._model.attempt(head, lambda: self._add(name, parts))
             return
-        if "ELASTIC" not in parts:
-            nonlinear = self._nonlinear_keyword.get(name.upper())
-            problem = f"*{nonlinear} and no *ELASTIC, which alone is read" if nonlinear else "no *ELASTIC"
-            self._unusable[name.upper()] = f"material {name!r} ({head.location()}) has {problem}; give one."
-            return
-        self._model.attempt(head, lambda: self._add(name, parts))
+        nonlinear = [word for word in parts if word not in ("DENSITY", "DEPVAR", "EXPANSION", "DAMPING")]
+        problem = f"*{nonlinear[0]} and no *ELASTIC, which alone is read" if nonlinear else "no *ELASTIC"
+        self._unusable[name.upper()] = f"material {name!r} ({head.location()}) has {problem}; give one."
 
     def _add(self, name: str, parts: dict[str, Keyword]) -> None:
         u, keyword = self._model.units, parts["ELASTIC"]
