@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from femflex.case import read_case as read_case
     from femflex.case import with_values as with_values
     from femflex.dynamics import compile_system as compile_system
-    from femflex.equilibria.equilibrium import equilibrium as equilibrium
-    from femflex.equilibria.settled import settled as settled
-    from femflex.equilibria.system_modes import system_modes as system_modes
+    from femflex.linear.equilibrium import equilibrium as equilibrium
+    from femflex.linear.settled import settled as settled
+    from femflex.linear.system_modes import system_modes as system_modes
     from femflex.mesh import Mesh as Mesh
     from femflex.mesh import read_mesh as read_mesh
     from femflex.pipeline import run as run
@@ -61,7 +61,7 @@ _HOME = {
     "build_body": "pipeline.case_bodies",
     "build_system": "pipeline.decisions",
     "compile_system": "dynamics",
-    "equilibrium": "equilibria.equilibrium",
+    "equilibrium": "linear.equilibrium",
     "flexible_body": "reduction.reduce",
     "load_body": "reduction",
     "open_run": "results",
@@ -70,9 +70,9 @@ _HOME = {
     "rigid_body": "body",
     "run": "pipeline",
     "save_body": "reduction",
-    "settled": "equilibria.settled",
+    "settled": "linear.settled",
     "simulate": "pipeline.simulate",
-    "system_modes": "equilibria.system_modes",
+    "system_modes": "linear.system_modes",
     "with_values": "case",
 }
 

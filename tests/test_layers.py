@@ -33,7 +33,7 @@ ALLOWED = {
     "system": {"noun", "body", "rotations", "summary"},
     "deployment": {"noun", "reduction", "fem", "system", "body", "mesh", "memory", "rotations"},
     "dynamics": {"effectors", "system", "body", "rotations", "kernels", "summary"},
-    "equilibria": {"dynamics", "effectors", "system", "body", "rotations", "summary"},
+    "linear": {"dynamics", "effectors", "system", "body", "rotations", "summary"},
     "results": {"noun", "body", "system", "rotations", "reading", "writing", "hdf5"},
     "view": {"results", "body", "kernels", "mesh", "rotations", "writing"},
     "export": EVERYTHING - {"cli", "report"},
@@ -76,7 +76,7 @@ ALLOWED = {
     "advice": {
         "reading",
         "dynamics",
-        "equilibria",
+        "linear",
         "deployment",
         "integrate",
         "reduction",

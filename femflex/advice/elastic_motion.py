@@ -22,16 +22,16 @@ from scipy.linalg import eigh
 
 from femflex.arrays import Array, BoolArray, IntArray
 from femflex.dynamics.joints.places import body_places, prescribed_places
-from femflex.dynamics.linear.equations import linearised, stiffness
-from femflex.dynamics.linear.freedoms import (
+from femflex.dynamics.model import Model, compile_system
+from femflex.dynamics.motion.freedoms import (
     elastic_places,
     free_directions,
     is_prescribed,
     least_multipliers,
     slack_of_loops,
 )
-from femflex.dynamics.model import Model, compile_system
-from femflex.equilibria.rigid_motions import BodyMotion, body_motions
+from femflex.linear.equations import linearised, stiffness
+from femflex.linear.rigid_motions import BodyMotion, body_motions
 from femflex.system import Environment, Frame, LengthTable, System
 
 ELASTIC = 0.01  # share of a motion's potential energy in the shapes of bodies, from which on it is an elastic mode

@@ -21,7 +21,7 @@ from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.dynamics import compile_system
 from femflex.dynamics.joints.places import joint_places
-from femflex.dynamics.linear.freedoms import is_prescribed
+from femflex.dynamics.motion.freedoms import is_prescribed
 from femflex.reduction.boundary.rigid import DIRECTIONS
 from femflex.reduction.origin import Meshed
 from femflex.rotations import dcm_from_quaternion

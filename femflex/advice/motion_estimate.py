@@ -27,7 +27,7 @@ from femflex.body import FlexibleBody
 from femflex.dynamics import Model, compile_system
 from femflex.dynamics.joints.places import prescribed_states
 from femflex.dynamics.ledger.without import with_rigid_bodies
-from femflex.dynamics.linear.freedoms import elastic_places
+from femflex.dynamics.motion.freedoms import elastic_places
 from femflex.integrate import Dop853, IntegrationError
 from femflex.integrate.driver import ABSOLUTE, collected
 from femflex.integrate.outcome import Block

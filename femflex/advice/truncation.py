@@ -36,7 +36,7 @@ from femflex.advice.limits import (
 from femflex.advice.motion_estimate import SINGULAR
 from femflex.arrays import Array
 from femflex.body import FlexibleBody
-from femflex.equilibria.rigid_motions import BodyMotion
+from femflex.linear.rigid_motions import BodyMotion
 from femflex.reading import error_text
 from femflex.reduction.boundary.rigid import DIRECTIONS
 from femflex.reduction.modes.damping import is_added

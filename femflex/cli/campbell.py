@@ -130,7 +130,7 @@ def print_value_diagram(case: Case, axis_range: KeyRange, modes: int | None, rep
     import numpy as np
 
     from femflex.case.campbell import stability_table
-    from femflex.equilibria.equilibrium import EquilibriumError
+    from femflex.linear.equilibrium import EquilibriumError
     from femflex.studies.campbell import MODES, assembled_diagram, value_steps
 
     key, axis = axis_range
@@ -175,7 +175,7 @@ def computed_diagram(
 
     Returns it as far as it came, and the error that ended it, if there was one.
     """
-    from femflex.equilibria.equilibrium import EquilibriumError
+    from femflex.linear.equilibrium import EquilibriumError
     from femflex.studies.campbell import case_steps, diagram_of
 
     scale, unit = (case.campbell.speeds.scale, case.campbell.speeds.unit) if case.campbell else (1.0, "rad/s")
@@ -254,7 +254,7 @@ def print_campbell(diagram: Campbell, scale: float, unit: str) -> None:
     """Print frequencies, damping if there is any, crossings, and the motions that grow."""
     import numpy as np
 
-    from femflex.equilibria.small_motions import growth_rule
+    from femflex.linear.small_motions import growth_rule
 
     if diagram.title:
         print_title(diagram.title)

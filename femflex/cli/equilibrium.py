@@ -16,7 +16,7 @@ from femflex.cli.tables import print_folded, print_line, print_reasons, print_ta
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
-    from femflex.equilibria.equilibrium import Equilibrium
+    from femflex.linear.equilibrium import Equilibrium
 
 SHOWN = 24  # coordinates printed; all are in the file and in --json
 
@@ -49,7 +49,7 @@ def equilibrium(
         check_destination(output, force)
     with Patience("building bodies and compiling the equations of motion"):
         from femflex.case import read_case
-        from femflex.equilibria.equilibrium import EquilibriumError
+        from femflex.linear.equilibrium import EquilibriumError
         from femflex.pipeline.case_equilibrium import case_equilibrium, resolve_at_rest, write_equilibrium
 
         parsed_case = read_case(case)
@@ -132,7 +132,7 @@ def print_stability(state: Equilibrium) -> None:
     record("stable", state.stable)
     record("eigenvalues", state.eigenvalues)
     if len(state.eigenvalues):
-        from femflex.equilibria.small_motions import growth_rule
+        from femflex.linear.small_motions import growth_rule
 
         print_line("growth", f"largest growth rate {state.growth:.3g} 1/s; {growth_rule()}", state.growth)
     if named:

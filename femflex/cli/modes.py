@@ -40,7 +40,7 @@ from femflex.cli.verb import verb
 if TYPE_CHECKING:
     from femflex.body import FlexibleBody
     from femflex.case import Case
-    from femflex.equilibria.system_modes import SystemModes
+    from femflex.linear.system_modes import SystemModes
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
@@ -382,7 +382,7 @@ def print_craft(case: Case, modes: SystemModes, number: int | None, verbose: boo
 
 def damping_note(case: Case, modes: SystemModes) -> str:
     """Describe the first mode whose damping ratio is far from the one given to its body; empty if there is none."""
-    from femflex.equilibria.rigid_motions import MOTIONS
+    from femflex.linear.rigid_motions import MOTIONS
 
     case_ratios: dict[str, float] = {}
     for name, table in case.bodies.items():

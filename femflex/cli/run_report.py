@@ -78,7 +78,7 @@ def _frequency_range(body: FlexibleBody) -> str:
 
 def print_tolerances(prepared: Prepared, verbose: bool) -> None:
     """Print the relative tolerance; verbose: and the absolute ones of each kind of coordinate and its rate."""
-    from femflex.dynamics.linear.motion_scale import KINDS, coordinate_kinds
+    from femflex.dynamics.motion.motion_scale import KINDS, coordinate_kinds
     from femflex.integrate.driver import Adaptive
 
     model, method = prepared.model, prepared.integrator

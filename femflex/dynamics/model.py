@@ -35,7 +35,7 @@ from femflex.dynamics.layout.lower import lower
 from femflex.dynamics.layout.records import BALL_QUATERNION, body_records
 from femflex.dynamics.ledger.by_source import SWITCHED, terms
 from femflex.dynamics.ledger.without import resolve_name, without_named, without_reactions, without_terms
-from femflex.dynamics.linear.motion_scale import highest_frequency, motion_scales
+from femflex.dynamics.motion.motion_scale import highest_frequency, motion_scales
 from femflex.dynamics.observe.diagnosis import diagnosis
 from femflex.dynamics.rate.rate import link_stages, rate
 from femflex.dynamics.report import Channels, Observation

@@ -33,7 +33,7 @@ class Diagram(Protocol):
 
 
 class Modes(Protocol):
-    """Interface of the modes of the craft (femflex.equilibria.system_modes.SystemModes)."""
+    """Interface of the modes of the craft (femflex.linear.system_modes.SystemModes)."""
 
     def frequency(self, mode: int | str) -> float:
         """Frequency [Hz] of a mode by its number or name."""

@@ -13,8 +13,8 @@ from femflex.advice.watches import Watches
 
 if TYPE_CHECKING:
     from femflex.case import Case
-    from femflex.equilibria.equilibrium import Equilibrium
-    from femflex.equilibria.system_modes import SystemModes
+    from femflex.linear.equilibrium import Equilibrium
+    from femflex.linear.system_modes import SystemModes
     from femflex.pipeline.decisions import ResolvedCase
     from femflex.system import Part
 
@@ -40,7 +40,7 @@ def case_equilibrium(case: Case | ResolvedCase, at: float | None = None, stable:
 
     Raises CaseError and ValueError for a case that cannot be in equilibrium, EquilibriumError when none is found.
     """
-    from femflex.equilibria.equilibrium import equilibrium
+    from femflex.linear.equilibrium import equilibrium
 
     resolved = _resolve_open_choices(case)
     state = equilibrium(resolved.system, at, stable)
@@ -55,7 +55,7 @@ def case_modes(
 
     Warnings and errors as of `case_equilibrium`.
     """
-    from femflex.equilibria.system_modes import system_modes
+    from femflex.linear.system_modes import system_modes
 
     resolved = _resolve_open_choices(case, bodies)
     modes = system_modes(resolved.system, at)

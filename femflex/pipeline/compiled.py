@@ -5,8 +5,8 @@ from __future__ import annotations
 from threading import local
 
 from femflex.dynamics import compile_system
-from femflex.dynamics.linear.freedoms import refuse_singular_mass
 from femflex.dynamics.model import Model
+from femflex.dynamics.motion.freedoms import refuse_singular_mass
 from femflex.system import System
 
 _last = local()  # of every thread: the system and its model

@@ -26,12 +26,9 @@ from femflex.arrays import Array, IntArray
 from femflex.dynamics.joints.places import prescribed_states
 from femflex.dynamics.layout.records import BALL_NONE, BALL_QUATERNION, body_records
 from femflex.dynamics.ledger.by_source import SWITCHED
-from femflex.dynamics.linear.equations import linearised
-from femflex.dynamics.linear.freedoms import free_directions, is_prescribed, refuse_rolling, usual_sizes
-from femflex.dynamics.linear.increments import displaced, increment_between
-from femflex.dynamics.linear.states import effector_states
 from femflex.dynamics.model import Model, compile_system
-from femflex.equilibria.equilibrium import rest_equilibrium, with_loads_of
+from femflex.dynamics.motion.freedoms import free_directions, is_prescribed, refuse_rolling, usual_sizes
+from femflex.dynamics.motion.increments import displaced, increment_between
 from femflex.integrate import Block
 from femflex.integrate import resume as head
 from femflex.integrate.driver import collected
@@ -39,6 +36,9 @@ from femflex.integrate.outcome import ROWS, Solution
 from femflex.integrate.protocol import Model as AnyModel
 from femflex.integrate.protocol import Progress
 from femflex.integrate.step_monitor import BLOCK_SECONDS
+from femflex.linear.equations import linearised
+from femflex.linear.equilibrium import rest_equilibrium, with_loads_of
+from femflex.linear.states import effector_states
 from femflex.system import System
 
 NUMBER = 20  # of the method in resume arrays

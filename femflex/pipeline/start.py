@@ -175,8 +175,8 @@ def with_initial_state(case: Case, system: System) -> System:
         return system
     if case.initial.source not in COMPUTED:
         return started(system, _last_row(case, system))
-    from femflex.equilibria.equilibrium import equilibrium
-    from femflex.equilibria.settled import settled
+    from femflex.linear.equilibrium import equilibrium
+    from femflex.linear.settled import settled
 
     try:
         if case.initial.source == SETTLED:

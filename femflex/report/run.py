@@ -21,7 +21,7 @@ from femflex.view.units import time_unit
 
 if TYPE_CHECKING:
     from femflex.case import Case
-    from femflex.equilibria.system_modes import SystemModes
+    from femflex.linear.system_modes import SystemModes
 
 INSTANTS = 1000  # of the scene, so that a page stays small
 SHOWN_MODES = 20

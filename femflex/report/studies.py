@@ -16,7 +16,7 @@ from femflex.view.surface import surface_of
 from femflex.view.theme import THEMES
 
 if TYPE_CHECKING:
-    from femflex.equilibria.system_modes import SystemModes
+    from femflex.linear.system_modes import SystemModes
     from femflex.studies import Finding
     from femflex.studies.campbell import Campbell
     from femflex.studies.stability import Chart

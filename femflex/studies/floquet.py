@@ -18,10 +18,10 @@ import numpy as np
 
 from femflex.arrays import Array, ComplexArray
 from femflex.dynamics import compile_system
-from femflex.dynamics.linear.freedoms import is_prescribed, usual_sizes
-from femflex.dynamics.linear.increments import displaced, increment_between
-from femflex.dynamics.linear.states import effector_states
 from femflex.dynamics.model import Model
+from femflex.dynamics.motion.freedoms import is_prescribed, usual_sizes
+from femflex.dynamics.motion.increments import displaced, increment_between
+from femflex.linear.states import effector_states
 from femflex.system import System
 
 STEP = 1e-4  # of a usual size: errors of differences 1e-8, of the integration RTOL / STEP
@@ -196,7 +196,7 @@ def _trivial_names(motions: _NearbyMotions, x: Array, steps: list[Array]) -> tup
 
 def _symmetries(motions: _NearbyMotions, x: Array) -> list[tuple[str, Array]]:
     """Departures (n,) that give the same motion later, or at another position or attitude of the base frame."""
-    from femflex.equilibria.rigid_motions import MOTIONS, body_motions, rigid_fields
+    from femflex.linear.rigid_motions import MOTIONS, body_motions, rigid_fields
 
     model = motions.model
     fields, is_free = rigid_fields(model, body_motions(model, x), np.eye(3))

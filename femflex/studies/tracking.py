@@ -13,8 +13,8 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from femflex.arrays import Array, ComplexArray, IntArray
-from femflex.equilibria.equilibrium import EquilibriumError
-from femflex.equilibria.small_motions import SmallMotions
+from femflex.linear.equilibrium import EquilibriumError
+from femflex.linear.small_motions import SmallMotions
 
 ONE = 1e-6  # relative difference of frequencies below which shapes may mix arbitrarily
 SINGLE = 1e-2  # weight of the MAC of single shapes, which decides within a space of mixtures
@@ -32,7 +32,7 @@ class Step:
     requested  whether it was requested, or is an intermediate one
     x          (n_x,) the equilibrium
     vibration  the small motions, with damping
-    words      (n,) character of each of them, see `femflex.equilibria.character`
+    words      (n,) character of each of them, see `femflex.linear.character`
     critical   whether its stiffness is singular: the motions are those just below
     passed     requested values before this one that have no equilibrium
     links      the k-th vibration of the step before continues as the `links[k]`-th, -1 where it is lost; empty first

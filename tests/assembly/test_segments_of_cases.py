@@ -11,8 +11,8 @@ import pytest
 
 from femflex.case import read_case
 from femflex.dynamics import compile_system
-from femflex.dynamics.linear.equations import linearised
 from femflex.integrate import Dop853
+from femflex.linear.equations import linearised
 from femflex.pipeline.decisions import build_system
 
 MEMBER = 'material = "aluminium" }'

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from femflex.case import read_case
-from femflex.equilibria.equilibrium import equilibrium
+from femflex.linear.equilibrium import equilibrium
 from femflex.mesh import Mesh, box, write_mesh
 from femflex.pipeline.decisions import build_system
 

@@ -6,7 +6,7 @@ from support.members import wall_beam
 
 from femflex.deployment import DeployingLine, deploying_line
 from femflex.dynamics import compile_system
-from femflex.equilibria.system_modes import system_modes
+from femflex.linear.system_modes import system_modes
 from femflex.reduction import BeamFunctions
 from femflex.system import Profile, System, weld
 from femflex.system.fixed_length import with_fixed_lengths

@@ -7,8 +7,8 @@ from support.effector_builders import cable, with_heavy_cable
 
 from femflex.body import rigid_body
 from femflex.dynamics import compile_system
-from femflex.dynamics.linear.equations import linearised
 from femflex.integrate import Dop853
+from femflex.linear.equations import linearised
 from femflex.system import Environment, Joint, Profile, System, free, weld
 
 A, B, EA = 3.0, 2.0, 40.0

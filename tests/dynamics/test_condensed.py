@@ -9,8 +9,8 @@ from support.rotating_beams import Rotating
 
 from femflex import fem
 from femflex.dynamics import compile_system
-from femflex.dynamics.linear.equations import linearised
 from femflex.integrate import integrator
+from femflex.linear.equations import linearised
 from femflex.mesh import line
 from femflex.reduction import (
     BeamFunctions,

@@ -104,7 +104,7 @@ def test_observer_and_state_feedback_eigenvalues():
     }
     law = Observer(inputs=["angle.coordinate"], outputs=["torque"], **matrices).controller("law")
     model = compile_system(axle(*ANGLE.effectors, law, motor("law.torque")))
-    from femflex.dynamics.linear.equations import linearised
+    from femflex.linear.equations import linearised
 
     x = np.zeros(model.n_x)
     expected = np.concatenate([np.linalg.eigvals(A - B @ K), np.linalg.eigvals(A - L @ C)])

@@ -17,10 +17,10 @@ from support.random_systems import random_body
 from femflex.body import Marker
 from femflex.body.flexible import rigid_body
 from femflex.dynamics import compile_system
-from femflex.dynamics.linear.increments import advanced
+from femflex.dynamics.motion.increments import advanced
 from femflex.effectors import LowPass, Pd
-from femflex.equilibria.equilibrium import equilibrium
-from femflex.equilibria.system_modes import modes_about
+from femflex.linear.equilibrium import equilibrium
+from femflex.linear.system_modes import modes_about
 from femflex.reduction import BeamFunctions, Damping, UniformBeam, beam_body
 from femflex.studies.linear import linear_model, poles_of
 from femflex.system import System, free, weld, with_attached

@@ -13,9 +13,9 @@ from support.random_table import DependentTree, at_rest, elastic_forces
 
 from femflex import fem
 from femflex.dynamics import compile_system
-from femflex.dynamics.linear.equations import linearised
-from femflex.equilibria.equilibrium import equilibrium
 from femflex.integrate import integrator
+from femflex.linear.equations import linearised
+from femflex.linear.equilibrium import equilibrium
 from femflex.mesh import box, line
 from femflex.reduction import (
     BeamFunctions,

@@ -12,10 +12,10 @@ from scipy.interpolate import CubicSpline
 from support.random_systems import KINDS
 from support.random_table import SYSTEMS, Problem
 
-from femflex.dynamics.linear.equations import linearised
-from femflex.dynamics.linear.freedoms import free_directions, usual_sizes
-from femflex.dynamics.linear.increments import advanced
+from femflex.dynamics.motion.freedoms import free_directions, usual_sizes
+from femflex.dynamics.motion.increments import advanced
 from femflex.integrate import integrator
+from femflex.linear.equations import linearised
 
 TREES = [name for name in SYSTEMS if "loop" not in name and name != "effectors"]
 OF_POINTS = [name for name in SYSTEMS if name not in ("effectors", "free orbit")]  # test_attraction.py has its gravity

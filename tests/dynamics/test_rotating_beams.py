@@ -6,8 +6,8 @@ from support.rotating_beams import Rotating
 
 from femflex import fem
 from femflex.dynamics import compile_system
-from femflex.dynamics.linear.equations import linearised
-from femflex.equilibria.equilibrium import equilibrium
+from femflex.linear.equations import linearised
+from femflex.linear.equilibrium import equilibrium
 from femflex.mesh import box, line
 from femflex.reduction import cantilever_modes, reduce_structure, with_attachment, with_derivatives
 from femflex.system import Frame, System, weld

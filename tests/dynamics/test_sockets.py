@@ -16,9 +16,9 @@ from femflex import run as run_case
 from femflex.body import Marker
 from femflex.body.flexible import rigid_body
 from femflex.dynamics import compile_system
-from femflex.dynamics.linear.equations import linearised
-from femflex.equilibria.equilibrium import equilibrium
 from femflex.integrate import Dop853, Esdirk4, IntegrationError
+from femflex.linear.equations import linearised
+from femflex.linear.equilibrium import equilibrium
 from femflex.pipeline import rebuilt
 from femflex.system import (
     Block,

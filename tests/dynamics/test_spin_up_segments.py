@@ -11,8 +11,8 @@ from support.elastica import beam
 
 from femflex import fem
 from femflex.dynamics import compile_system
-from femflex.equilibria.equilibrium import equilibrium
 from femflex.integrate import integrator
+from femflex.linear.equilibrium import equilibrium
 from femflex.system import Frame, Profile, assembled, revolute, weld
 
 GYRATION = np.sqrt(6e-4 / 1.2)

@@ -10,8 +10,8 @@ from support.random_table import DependentTree, at_rest, elastic_forces, random_
 from femflex import fem
 from femflex.body import rigid_body
 from femflex.dynamics import compile_system
-from femflex.equilibria.equilibrium import equilibrium
 from femflex.integrate import integrator
+from femflex.linear.equilibrium import equilibrium
 from femflex.mesh import line
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body, cantilever_modes, reduce_structure, with_attachment
 from femflex.system import Environment, System, free, revolute, weld

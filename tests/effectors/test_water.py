@@ -15,8 +15,8 @@ import femflex
 from femflex import equilibrium, read_case
 from femflex.case import parse_case
 from femflex.dynamics.model import compile_system
-from femflex.equilibria.system_modes import system_modes
 from femflex.hydrodynamics import WaveData, fitted, read_wave_data
+from femflex.linear.system_modes import system_modes
 from femflex.pipeline.start import system_of
 
 CASES = Path(__file__).resolve().parents[2] / "cases"

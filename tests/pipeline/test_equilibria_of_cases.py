@@ -15,7 +15,7 @@ import femflex
 from femflex.body import rigid_body
 from femflex.case import Case, parse_case, read_case
 from femflex.dynamics import compile_system
-from femflex.equilibria.equilibrium import Equilibrium, rest_equilibrium, rest_system
+from femflex.linear.equilibrium import Equilibrium, rest_equilibrium, rest_system
 from femflex.mesh import Mesh, line, write_mesh
 from femflex.pipeline.case_equilibrium import case_equilibrium, case_modes, resolve_at_rest, write_equilibrium
 from femflex.pipeline.decisions import ResolvedCase, build_system

@@ -9,9 +9,9 @@ from scipy.optimize import brentq
 from scipy.special import hyp2f1, jn_zeros
 
 from femflex.dynamics import compile_system
-from femflex.dynamics.linear.equations import linearised
 from femflex.fem import Material, Member, PointMass, build_structure
 from femflex.fem.sections import CableSection, Circle
+from femflex.linear.equations import linearised
 from femflex.mesh import Mesh, line
 from femflex.reduction import cantilever_modes, reduce_structure, with_derivatives
 from femflex.reduction.preload.equilibrium import static_equilibrium

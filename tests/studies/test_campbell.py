@@ -15,7 +15,7 @@ from support.small_cases import sprung_wheels
 from femflex.body import Marker, rigid_body
 from femflex.case.campbell import stability_table
 from femflex.case.read import parse_case
-from femflex.equilibria.equilibrium import EquilibriumError
+from femflex.linear.equilibrium import EquilibriumError
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body
 from femflex.studies.campbell import axis_of, campbell, case_campbell, case_steps, diagram_of, value_diagram
 from femflex.studies.stability import case_stability

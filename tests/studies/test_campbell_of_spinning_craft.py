@@ -13,8 +13,8 @@ from support.spinning_craft import random_craft
 
 from femflex.body import Marker, rigid_body
 from femflex.case import read_case
-from femflex.dynamics.linear.equations import linearised
-from femflex.equilibria.equilibrium import equilibrium
+from femflex.linear.equations import linearised
+from femflex.linear.equilibrium import equilibrium
 from femflex.mesh import line, write_mesh
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body
 from femflex.studies.campbell import campbell, spin_steps

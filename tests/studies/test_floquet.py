@@ -13,8 +13,8 @@ from scipy.special import mathieu_a, mathieu_b
 from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors, rigid_body
 from femflex.case import read_case, with_values
 from femflex.dynamics import compile_system
-from femflex.equilibria.equilibrium import equilibrium
 from femflex.integrate import Dop853
+from femflex.linear.equilibrium import equilibrium
 from femflex.pipeline.decisions import build_system
 from femflex.studies.floquet import floquet, periodic_state
 from femflex.studies.stability import equilibrium_stability

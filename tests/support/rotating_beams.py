@@ -13,7 +13,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from femflex.dynamics import compile_system
-from femflex.dynamics.linear.equations import linearised
+from femflex.linear.equations import linearised
 from femflex.reduction import BeamFunctions, Taper, TaperedBeam, beam_body
 from femflex.system import Frame, System, weld
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from femflex import fem, reduction
 from femflex.dynamics import compile_system
-from femflex.equilibria.equilibrium import equilibrium
 from femflex.integrate import integrator
+from femflex.linear.equilibrium import equilibrium
 from femflex.mesh import rectangle
 from femflex.reduction.boundary.rigid import held_dofs
 from femflex.system import Frame, Profile, System, revolute, weld

@@ -12,10 +12,10 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from femflex.arrays import Array, BoolArray, ComplexArray, IntArray
-from femflex.equilibria.character import motion_character, numbered_names
-from femflex.equilibria.equilibrium import EquilibriumError, equilibrium
-from femflex.equilibria.rigid_motions import WOBBLE
-from femflex.equilibria.still import frozen_system
+from femflex.linear.character import motion_character, numbered_names
+from femflex.linear.equilibrium import EquilibriumError, equilibrium
+from femflex.linear.rigid_motions import WOBBLE
+from femflex.linear.still import frozen_system
 from femflex.studies.tracking import Step, branch_indices, tracked_steps
 from femflex.system import Frame, System, started
 
@@ -45,7 +45,7 @@ class Branch:
 
     name            character at the first speed, and number among those of the same character: "flap 1"
     eigenvalues     (n,) [1/s], nan where it could not be tracked
-    characters      (n,) character at each speed (`femflex.equilibria.character`)
+    characters      (n,) character at each speed (`femflex.linear.character`)
     growing         (n,) whether it grows there
     """
 

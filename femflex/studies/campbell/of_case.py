@@ -16,8 +16,8 @@ from femflex.case import Case, read_case
 from femflex.case.campbell import CampbellTable
 from femflex.case.crosscheck import spin_problems
 from femflex.dynamics import compile_system
-from femflex.equilibria.character import motion_character
-from femflex.equilibria.equilibrium import EquilibriumError, rest_equilibrium
+from femflex.linear.character import motion_character
+from femflex.linear.equilibrium import EquilibriumError, rest_equilibrium
 from femflex.noun.problems import CaseError, Problem
 from femflex.pipeline.case_equilibrium import resolve_at_rest
 from femflex.studies.campbell.diagram import Campbell, assembled_diagram, frame_of, spin_steps

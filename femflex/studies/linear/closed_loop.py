@@ -8,7 +8,7 @@ import numpy as np
 
 from femflex.advice.advice import Advice, doubt
 from femflex.effectors.constant_commands import with_held_commands
-from femflex.equilibria.equilibrium import EquilibriumError
+from femflex.linear.equilibrium import EquilibriumError
 from femflex.studies.linear.linear_model import linear_model
 from femflex.studies.linear.poles import poles_of
 from femflex.studies.linear.sampled import sampled_model

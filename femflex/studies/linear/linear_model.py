@@ -2,7 +2,7 @@
 
     M du' + (D + G) du + K dxi + R dz = Q du_in,    dxi' = du + W dxi,    dz' = F_x dxi + F_u du + F_z dz + F_in du_in
 
-The equations of the coordinates are those of `femflex.dynamics.linear.equations`. Columns of inputs come from the
+The equations of the coordinates are those of `femflex.linear.equations`. Columns of inputs come from the
 same system with a small increment of the input; outputs are differences of channels. The value and rate of a prescribed
 coordinate are states of the model, and its acceleration is the input.
 """
@@ -17,14 +17,14 @@ import numpy as np
 from scipy.linalg import eigh
 
 from femflex.arrays import Array
-from femflex.dynamics.linear.equations import Linearised, linearised
-from femflex.dynamics.linear.freedoms import usual_sizes
-from femflex.dynamics.linear.increments import STEPS, displaced, local_derivative, on_line
-from femflex.dynamics.linear.states import effector_states
 from femflex.dynamics.model import Model, compile_system
+from femflex.dynamics.motion.freedoms import usual_sizes
+from femflex.dynamics.motion.increments import STEPS, displaced, local_derivative, on_line
 from femflex.effectors.constant_commands import FOLLOWER, UNIT, with_followers_of, with_held_commands
-from femflex.equilibria.equilibrium import Equilibrium, rest_equilibrium, rest_system
-from femflex.equilibria.system_modes import SystemModes, modes_about
+from femflex.linear.equations import Linearised, linearised
+from femflex.linear.equilibrium import Equilibrium, rest_equilibrium, rest_system
+from femflex.linear.states import effector_states
+from femflex.linear.system_modes import SystemModes, modes_about
 from femflex.noun.problems import suggestion_text
 from femflex.studies.linear.inputs import Input, default_inputs, inputs_of
 from femflex.studies.linear.space import StateSpace

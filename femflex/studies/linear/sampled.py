@@ -20,14 +20,14 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from femflex.arrays import Array, ComplexArray, IntArray
-from femflex.dynamics.linear.equations import linearised
-from femflex.dynamics.linear.freedoms import usual_sizes
-from femflex.dynamics.linear.increments import displaced, local_derivative, on_line
-from femflex.dynamics.linear.states import effector_states
 from femflex.dynamics.model import Model, compile_system
+from femflex.dynamics.motion.freedoms import usual_sizes
+from femflex.dynamics.motion.increments import displaced, local_derivative, on_line
 from femflex.effectors.constant_commands import is_sampled, with_held_commands
 from femflex.effectors.sensor import without_quantum
-from femflex.equilibria.equilibrium import rest_equilibrium, rest_system
+from femflex.linear.equations import linearised
+from femflex.linear.equilibrium import rest_equilibrium, rest_system
+from femflex.linear.states import effector_states
 from femflex.noun.problems import suggestion_text
 from femflex.system import System
 

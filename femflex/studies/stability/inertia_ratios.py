@@ -20,10 +20,10 @@ from femflex.arrays import Array
 from femflex.body import MassMoments, rigid_body
 from femflex.case.campbell import RATIOS
 from femflex.dynamics import compile_system
-from femflex.dynamics.linear.equations import linearised
-from femflex.dynamics.linear.freedoms import frame_rate, usual_sizes
-from femflex.equilibria.equilibrium import EquilibriumError, rest_equilibrium
-from femflex.equilibria.small_motions import growth_threshold, spectrum
+from femflex.dynamics.motion.freedoms import frame_rate, usual_sizes
+from femflex.linear.equations import linearised
+from femflex.linear.equilibrium import EquilibriumError, rest_equilibrium
+from femflex.linear.small_motions import growth_threshold, spectrum
 from femflex.pipeline.linear_motion import nominal_state
 from femflex.rotations import dcm_from_quaternion
 from femflex.studies.stability.judgement import Judgement, judgement_of_matrices, no_judgement

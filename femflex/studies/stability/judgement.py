@@ -8,11 +8,11 @@ import numpy as np
 
 from femflex.arrays import Array, ComplexArray
 from femflex.case import CaseError
-from femflex.dynamics.linear.equations import linearised
-from femflex.dynamics.linear.freedoms import frame_rate, usual_sizes
-from femflex.equilibria.equilibrium import Equilibrium, EquilibriumError, rest_equilibrium
-from femflex.equilibria.system_modes import modes_about
+from femflex.dynamics.motion.freedoms import frame_rate, usual_sizes
 from femflex.integrate import IntegrationError
+from femflex.linear.equations import linearised
+from femflex.linear.equilibrium import Equilibrium, EquilibriumError, rest_equilibrium
+from femflex.linear.system_modes import modes_about
 from femflex.studies.floquet import floquet, periodic_state
 from femflex.system import System
 

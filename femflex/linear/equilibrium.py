@@ -1,8 +1,8 @@
 """Equilibria: rest in the base frame under constant loads, steady spin, or the gravity gradient of a circular orbit.
 
-Newton's method (femflex.equilibria.balance) on the compiled residual with u = du/dt = 0. Where it does not
+Newton's method (femflex.linear.balance) on the compiled residual with u = du/dt = 0. Where it does not
 get there at once, the outer forces grow from zero to full share in steps (continuation); where that fails too, as with
-slack cables, it starts from where a motion comes to rest (femflex.equilibria.relaxation). Coordinates that nothing
+slack cables, it starts from where a motion comes to rest (femflex.linear.relaxation). Coordinates that nothing
 resists (a free body's place, the angle of an axle) are held: they move along the least change, and no force may
 remain along them.
 """
@@ -15,15 +15,19 @@ from functools import cached_property
 import numpy as np
 
 from femflex.arrays import Array, ComplexArray
-from femflex.dynamics.linear.freedoms import elastic_places, freedom_names
-from femflex.dynamics.linear.motion_scale import damped
 from femflex.dynamics.model import Model, compile_system
+from femflex.dynamics.motion.freedoms import elastic_places, freedom_names
+from femflex.dynamics.motion.motion_scale import damped
 from femflex.effectors.constant_commands import with_held_commands
-from femflex.equilibria.balance import BALANCED, LEVEL, Balance, balance, finely_balanced, stable_state_below
-from femflex.equilibria.relaxation import relaxed_states
-from femflex.equilibria.small_motions import SmallMotions, small_motions
-from femflex.equilibria.steady import Steady, steady
-from femflex.equilibria.still import frozen_system, without_variation
+from femflex.linear.balance import BALANCED, Balance, LEVEL, balance, finely_balanced, stable_state_below
+from femflex.linear.relaxation import relaxed_states
+from femflex.linear.small_motions import SmallMotions, small_motions
+from femflex.linear.steady import Steady, steady
+from femflex.linear.still import frozen_system, without_variation
+from femflex.linear.balance import BALANCED, Balance, LEVEL, balance, finely_balanced, stable_state_below
+from femflex.linear.small_motions import SmallMotions, small_motions
+from femflex.linear.steady import Steady, steady
+from femflex.linear.still import frozen_system, without_variation
 from femflex.system import Controller, System
 
 FIRST, LEAST = 0.25, 1e-4  # share of the outer forces added in a step of the continuation

@@ -20,8 +20,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.linear.freedoms import freedom_names, least_multipliers
-from femflex.equilibria.steady import Steady
+from femflex.dynamics.motion.freedoms import freedom_names, least_multipliers
+from femflex.linear.steady import Steady
 
 Merit = Callable[[Array], float]  # of the forces that are left (n_u,)
 

@@ -8,7 +8,7 @@ for a displacement t and a rotation theta (both constant in inertial axes, the d
 
 so that their eigenvalues are 0 along the spin axis and +-i Omega across it, double and defective for drift. Found
 numerically they would split by the root of the rounding and look like slow growth; they are taken out before instead
-(`femflex.equilibria.small_motions`).
+(`femflex.linear.small_motions`).
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ import numpy as np
 from femflex.arrays import Array, BoolArray, ComplexArray
 from femflex.body import FlexibleBody
 from femflex.dynamics.joints.places import joint_places
-from femflex.dynamics.linear.freedoms import freedom_names, is_prescribed, usual_sizes
-from femflex.dynamics.linear.increments import advanced
-from femflex.dynamics.linear.states import STEP
 from femflex.dynamics.model import Model
+from femflex.dynamics.motion.freedoms import freedom_names, is_prescribed, usual_sizes
+from femflex.dynamics.motion.increments import advanced
 from femflex.dynamics.observe.markers import base_attitude
+from femflex.linear.states import STEP
 from femflex.rotations import dcm_from_quaternion, vector_from_dcm
 
 MOTIONS = tuple(f"{kind} {axis}" for kind in ("translation", "rotation") for axis in "xyz")  # of a frame at rest

@@ -20,15 +20,15 @@ import numpy as np
 from femflex.arrays import Array, IntArray
 from femflex.dynamics.joints.places import law_places, prescribed_states
 from femflex.dynamics.layout.records import body_records
-from femflex.dynamics.linear.equations import rounding_forces
-from femflex.dynamics.linear.freedoms import (
+from femflex.dynamics.motion.freedoms import (
     elastic_places,
     frame_rate,
     is_prescribed,
     refuse_singular_mass,
     usual_sizes,
 )
-from femflex.dynamics.linear.increments import advanced
+from femflex.dynamics.motion.increments import advanced
+from femflex.dynamics.motion.linear_stiffness import rounding_forces
 from femflex.system import Effector, System
 
 if TYPE_CHECKING:

@@ -12,10 +12,10 @@ from support.spinning_craft import principal_axes, random_craft
 
 import femflex
 from femflex.body import Marker, rigid_body
-from femflex.dynamics.linear.equations import linearised
-from femflex.equilibria.character import motion_character
-from femflex.equilibria.equilibrium import equilibrium
-from femflex.equilibria.system_modes import system_modes
+from femflex.linear.character import motion_character
+from femflex.linear.equations import linearised
+from femflex.linear.equilibrium import equilibrium
+from femflex.linear.system_modes import system_modes
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body
 from femflex.system import (
     Frame,

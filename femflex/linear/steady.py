@@ -9,8 +9,8 @@ import numpy as np
 
 from femflex.arrays import Array, BoolArray, IntArray
 from femflex.dynamics.joints.places import joint_places
-from femflex.dynamics.linear.equations import linear_stiffness, stiffness
-from femflex.dynamics.linear.freedoms import (
+from femflex.dynamics.model import Model, compile_system
+from femflex.dynamics.motion.freedoms import (
     closing_directions,
     elastic_places,
     frame_rate,
@@ -18,10 +18,11 @@ from femflex.dynamics.linear.freedoms import (
     slack_of_loops,
     usual_sizes,
 )
-from femflex.dynamics.linear.increments import advanced
-from femflex.dynamics.linear.states import settled_states, state_equations
-from femflex.dynamics.model import Model, compile_system
-from femflex.equilibria.still import controlled_rotors, frozen_system, with_coasting_rotors, without_damping
+from femflex.dynamics.motion.increments import advanced
+from femflex.dynamics.motion.linear_stiffness import linear_stiffness
+from femflex.linear.equations import stiffness
+from femflex.linear.states import settled_states, state_equations
+from femflex.linear.still import controlled_rotors, frozen_system, with_coasting_rotors, without_damping
 from femflex.system import Effector, Environment, Frame, System
 
 SLACK = 1e-12  # of the largest: stiffness of a direction that neither shapes nor springs resist

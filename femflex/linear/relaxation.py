@@ -13,7 +13,7 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.dynamics.linear.increments import advanced
-from femflex.equilibria.steady import Steady
+from femflex.linear.steady import Steady
 
 LONGEST = 2e-3  # step over usual sizes
 SHARE = 0.5  # of 1 / omega, omega the frequency that is estimated: half of it is the limit of stability

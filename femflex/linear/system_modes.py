@@ -10,9 +10,9 @@ import numpy as np
 from femflex.arrays import Array, BoolArray, ComplexArray, IntArray
 from femflex.body import FlexibleBody, Skin
 from femflex.effectors.constant_commands import stands_for_controller, with_held_commands
-from femflex.equilibria.character import motion_character, numbered_names
-from femflex.equilibria.equilibrium import Equilibrium, rest_equilibrium
-from femflex.equilibria.rigid_motions import BodyMotion
+from femflex.linear.character import motion_character, numbered_names
+from femflex.linear.equilibrium import Equilibrium, rest_equilibrium
+from femflex.linear.rigid_motions import BodyMotion
 from femflex.summary import Rows, Summarised
 from femflex.system import Effector, System
 

@@ -4,7 +4,7 @@
 
 dxi (n_u,) are increments of the coordinates along the quasi-velocities, q -> q o exp(dxi); W turns them with the
 quasi-velocities of balls. D holds damping and gyroscopic forces; K elastic, load, centrifugal and gravity stiffness.
-The states z are those of effectors (`femflex.dynamics.linear.states`).
+The states z are those of effectors (`femflex.linear.states`).
 """
 
 from __future__ import annotations
@@ -18,8 +18,7 @@ from femflex.arrays import Array, ComplexArray, IntArray
 from femflex.body import StrainTensors
 from femflex.dynamics.joints.places import body_places
 from femflex.dynamics.layout.records import BALL_NONE, body_records
-from femflex.dynamics.linear.freedoms import (
-    frame_rate,
+from femflex.dynamics.motion.freedoms import (
     free_directions,
     is_prescribed,
     least_multipliers,
@@ -27,8 +26,9 @@ from femflex.dynamics.linear.freedoms import (
     slack_of_loops,
     usual_sizes,
 )
-from femflex.dynamics.linear.increments import displaced, jacobian
-from femflex.dynamics.linear.states import NARROW, STEP, StateEquations, state_equations
+from femflex.dynamics.motion.increments import displaced, jacobian
+from femflex.dynamics.motion.linear_stiffness import linear_stiffness, rounding_forces
+from femflex.linear.states import NARROW, STEP, StateEquations, state_equations
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
@@ -150,34 +150,6 @@ def nonlinear_bodies(model: Model) -> list[tuple[StrainTensors, IntArray, IntArr
         for place in body_places(model.system)
         if not place.body.strain.is_linear and place.name not in model.system.varying
     ]
-
-
-def rounding_forces(model: Model, t: float, x: Array, udot: Array) -> Array:
-    """Return forces (n_u,) whose rounding may remain in the residual about x (n_x,) with accelerations udot (n_u,).
-
-    What is large in one coordinate is summed up in others: the largest energy counts for all.
-    """
-    K, columns = linear_stiffness(model)
-    M, sizes = np.abs(model.mass_matrix(t, x)), usual_sizes(model)
-    elastic = np.abs(K) @ np.abs(np.where(columns >= 0, x[columns], 0.0))
-    static = (elastic + M @ np.abs(udot) + np.abs(model.bias(t, x))) * sizes
-    turning = np.diag(M) * (frame_rate(model.system) * sizes) ** 2  # of a spin about a principal axis nothing is left
-    return np.asarray((static + turning).max(initial=0.0) / sizes)
-
-
-def linear_stiffness(model: Model) -> tuple[Array, IntArray]:
-    """Stiffness (n_u, n_u) of shapes and of springs on joint coordinates, and which coordinate each column multiplies.
-
-    Columns of balls have no such coordinate (-1) and are zero.
-    """
-    K, columns = np.zeros((model.n_u, model.n_u)), np.full(model.n_u, -1, np.int64)
-    for place in body_places(model.system):
-        joint, e = place.joint, place.shapes_u
-        plain = np.arange(len(joint.translations) + (len(joint.rotations) if joint.ball is None else 0))
-        K[place.u + plain, place.u + plain], columns[place.u + plain] = joint.stiffness[plain], place.q + plain
-        K[np.ix_(e, e)] = (place.body.strain.V1 + place.body.strain.V1.T) / 2
-        columns[e] = place.shapes_q
-    return K, columns
 
 
 def ball_rotation_rates(model: Model, u: Array) -> Array:

@@ -8,10 +8,10 @@ import numpy as np
 
 from femflex.arrays import Array
 from femflex.dynamics.effector_states import with_settled_starts
-from femflex.dynamics.linear.freedoms import freedom_names, is_prescribed, usual_sizes
-from femflex.dynamics.linear.increments import jacobian
 from femflex.dynamics.model import Model, compile_system
-from femflex.equilibria.steady import Steady, elastic_freedoms
+from femflex.dynamics.motion.freedoms import freedom_names, is_prescribed, usual_sizes
+from femflex.dynamics.motion.increments import jacobian
+from femflex.linear.steady import Steady, elastic_freedoms
 from femflex.system import System, started
 
 ITERATIONS = 40  # of Newton's method, whose steps leave temperatures as they are

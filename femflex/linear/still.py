@@ -12,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from femflex.dynamics.effector_states import with_linear_effectors
-from femflex.dynamics.linear.freedoms import refuse_rolling
 from femflex.dynamics.model import compile_system
+from femflex.dynamics.motion.freedoms import refuse_rolling
 from femflex.system import Effector, Joint, Load, Profile, System, Threshold
 from femflex.system.fixed_length import moving_lengths, with_fixed_lengths
 from femflex.system.joint_coordinates import OPEN, RELEASED

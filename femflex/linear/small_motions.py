@@ -5,7 +5,7 @@ One linearisation for equilibria, Campbell diagrams and system modes:
     M dxi'' + D dxi' + K dxi + R dz = 0,    dz' = F_x dxi + F_u dxi' + F_z dz
 
 about a state at rest in the base frame (inertial, spinning, or orbital), D with damping and gyroscopic forces, z the
-states of effectors, if any. Known motions (`femflex.equilibria.rigid_motions`) span an invariant space of the
+states of effectors, if any. Known motions (`femflex.linear.rigid_motions`) span an invariant space of the
 states (dxi, dxi', dz): with S orthogonal to it the matrix of the equations over both is block triangular, and its block
 over S has exactly the eigenvalues of all other motions. What is left has no double zeros of drift. Of a craft whose
 effectors have states, known motions are those that these leave alone, and rests of states that drive nothing.
@@ -18,11 +18,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from femflex.arrays import Array, BoolArray, ComplexArray, IntArray
-from femflex.dynamics.linear.equations import linearised
-from femflex.dynamics.linear.freedoms import frame_rate
-from femflex.dynamics.linear.states import StateEquations, effector_states
 from femflex.dynamics.model import Model
-from femflex.equilibria.rigid_motions import BodyMotion, KnownMotion, KnownMotions, body_motions, known_motions
+from femflex.dynamics.motion.freedoms import frame_rate
+from femflex.linear.equations import linearised
+from femflex.linear.rigid_motions import BodyMotion, KnownMotion, KnownMotions, body_motions, known_motions
+from femflex.linear.states import StateEquations, effector_states
 
 ROUNDING = 1e-11  # of the stiffness that differences of forces lose: eps over their step
 GROWING = 1e-8  # real part over the larger of |eigenvalue| and the frame's rate; differences of forces leave 1e-10

@@ -17,11 +17,11 @@ import numpy as np
 from femflex.arrays import Array, BoolArray, ComplexArray
 from femflex.body import FlexibleBody
 from femflex.body.slices import DEFORMATIONS, direction_letters, points_of, slice_shares
-from femflex.dynamics.linear.equations import linear_stiffness
-from femflex.dynamics.linear.freedoms import elastic_places, is_prescribed
 from femflex.dynamics.model import Model
-from femflex.equilibria.rigid_motions import LIBRATIONS, MOTIONS, TILT, WOBBLE, rigid_fields
-from femflex.equilibria.small_motions import SmallMotions
+from femflex.dynamics.motion.freedoms import elastic_places, is_prescribed
+from femflex.dynamics.motion.linear_stiffness import linear_stiffness
+from femflex.linear.rigid_motions import LIBRATIONS, MOTIONS, TILT, WOBBLE, rigid_fields
+from femflex.linear.small_motions import SmallMotions
 
 LAG, STRETCH = DEFORMATIONS.index("lag"), DEFORMATIONS.index("stretch")
 MEMBRANE = {"line": 1, "plate": 3}  # the first strains of a part, which stretch it

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.arrays import Array, IntArray
-from femflex.dynamics.linear.freedoms import usual_sizes
-from femflex.dynamics.linear.increments import displaced, jacobian
+from femflex.dynamics.motion.freedoms import usual_sizes
+from femflex.dynamics.motion.increments import displaced, jacobian
 from femflex.system import Effector
 
 if TYPE_CHECKING:

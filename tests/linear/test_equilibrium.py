@@ -12,9 +12,9 @@ from support.mechanisms import four_bar
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system
-from femflex.dynamics.linear.equations import linearised
-from femflex.equilibria.equilibrium import equilibrium
-from femflex.equilibria.settled import settled
+from femflex.linear.equations import linearised
+from femflex.linear.equilibrium import equilibrium
+from femflex.linear.settled import settled
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body
 from femflex.rotations import dcm_from_angles, quaternion_from_dcm
 from femflex.system import (
