@@ -25,7 +25,15 @@ from femflex.integrate.step_control import (
     shortened_step,
     step_status,
 )
-from femflex.integrate.vectors import PROJECTION, Projection, clipped, copy_vector, first_not_finite, normalise
+from femflex.integrate.vectors import (
+    PROJECTION,
+    Projection,
+    clipped,
+    copy_vector,
+    first_not_finite,
+    normalise,
+    write_rows,
+)
 
 Span = tuple[float, float, float]
 
@@ -124,39 +132,13 @@ def set_interpolant(h: float, k: Array, vectors: Array) -> None:
 
 
 @part
-def interpolate(theta: float, vectors: Array, row: Array) -> None:
+def interpolate(theta: float, h: float, vectors: Array, row: Array) -> None:
     """Set row to the state at the fraction theta of the last step (nested as in the program DOP853)."""
     rest = 1.0 - theta
     F = vectors[F0:]
     for i in range(row.size):
         inner = F[3, i] + theta * (F[4, i] + rest * (F[5, i] + theta * F[6, i]))
         row[i] = vectors[X_OLD, i] + theta * (F[0, i] + rest * (F[1, i] + theta * (F[2, i] + rest * inner)))
-
-
-@part
-def write_rows(
-    times: Array,
-    rows: Array,
-    row: int,
-    state: Array,
-    vectors: Array,
-    renormalise: IntArray,
-    projection: Projection,
-    arrays: ModelArrays,
-) -> int:
-    """Write the output rows whose times the steps have reached; return the number of rows written so far."""
-    t, t_old = state[head.T], state[head.T_OLD]
-    while row < rows.shape[0] and times[row] <= t:
-        if times[row] == t:
-            copy_vector(vectors[X], rows[row])
-        else:
-            interpolate((times[row] - t_old) / (t - t_old), vectors, rows[row])
-            normalise(rows[row], renormalise)
-            if projection[0]:
-                projection[1](times[row], rows[row], *arrays)
-        state[head.LAST_OUT] = times[row]
-        row += 1
-    return row
 
 
 _TOLERANCES = types.Tuple((REAL, VECTOR, REAL))
@@ -188,7 +170,7 @@ def fill(
     row = 0
     x, y = vectors[X], scratch[Y]
     while True:
-        row = write_rows(times, rows, row, state, vectors, renormalise, projection, arrays)
+        row = write_rows(interpolate, times, rows, row, state, vectors, renormalise, projection, arrays)
         t, h_planned = state[head.T], min(state[head.H], max_step)
         status = step_status(row, rows.shape[0], h_planned, span[0], budget, state)
         if status != head.CONTINUE:

@@ -26,15 +26,15 @@ from femflex.integrate.hermite import (
     X,
     contraction,
     converged,
+    interpolate,
     newton_failed,
     projected_end,
     renew_coordinates,
     tested_error,
-    write_rows,
 )
 from femflex.integrate.protocol import CORRECT, KINEMATIC, MODEL_ARRAYS, RATE, SWITCH, Call, ModelArrays
 from femflex.integrate.step_control import scaled_norm, shortened_step, step_accepted, step_status
-from femflex.integrate.vectors import PROJECTION, Projection, clipped, copy_vector, normalise
+from femflex.integrate.vectors import PROJECTION, Projection, clipped, copy_vector, normalise, write_rows
 
 Span = tuple[float, float, float]
 
@@ -163,7 +163,7 @@ def fill(
     row = 0
     x, y = vectors[X], scratch[Y]
     while True:
-        row = write_rows(times, rows, row, state, vectors, renormalise, projection, arrays)
+        row = write_rows(interpolate, times, rows, row, state, vectors, renormalise, projection, arrays)
         t, h_planned = state[head.T], min(state[head.H], max_step)
         status = step_status(row, rows.shape[0], h_planned, span[0], budget, state)
         if status != head.CONTINUE:

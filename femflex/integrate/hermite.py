@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 
-from femflex.arrays import Array, IntArray
+from femflex.arrays import Array
 from femflex.integrate import resume as head
 from femflex.integrate.compiled import part
 from femflex.integrate.protocol import Call, ModelArrays
 from femflex.integrate.step_control import SAFETY, reduction_factor, reject, reject_infeasible, scaled_norm
-from femflex.integrate.vectors import Projection, clipped, copy_vector, first_not_finite, normalise
+from femflex.integrate.vectors import Projection, clipped, first_not_finite
 
 Span = tuple[float, float, float]
 
@@ -31,32 +31,6 @@ def interpolate(theta: float, h: float, vectors: Array, row: Array) -> None:
         x0, x1 = vectors[X_OLD, i], vectors[X, i]
         v0, v1 = h * vectors[XDOT_OLD, i] - (x1 - x0), h * vectors[XDOT, i] - (x1 - x0)
         row[i] = rest * x0 + theta * x1 + theta * rest * (rest * v0 - theta * v1)
-
-
-@part
-def write_rows(
-    times: Array,
-    rows: Array,
-    row: int,
-    state: Array,
-    vectors: Array,
-    renormalise: IntArray,
-    projection: Projection,
-    arrays: ModelArrays,
-) -> int:
-    """Write the output rows whose times the steps have reached; return the number of rows written so far."""
-    t, t_old = state[head.T], state[head.T_OLD]
-    while row < rows.shape[0] and times[row] <= t:
-        if times[row] == t:
-            copy_vector(vectors[X], rows[row])
-        else:
-            interpolate((times[row] - t_old) / (t - t_old), t - t_old, vectors, rows[row])
-            normalise(rows[row], renormalise)
-            if projection[0]:
-                projection[1](times[row], rows[row], *arrays)
-        state[head.LAST_OUT] = times[row]
-        row += 1
-    return row
 
 
 @part

@@ -110,7 +110,7 @@ class IntegrationError(RuntimeError):
         return float(self.times[-1])
 
 
-def failure(name: str, resume: Array, x: Array, model: object = None) -> IntegrationError:
+def failure(name: str, resume: Array, x: Array, model: object) -> IntegrationError:
     """The error that states why the steps of method `name` shrank to nothing; it carries the last finite state.
 
     A model may offer `diagnosis(t, x, infeasible)`: its own text on a state that no step leaves (infeasible: because

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from femflex.arrays import Array, IntArray
+from femflex.integrate import resume as head
 from femflex.integrate.compiled import kernel, part, types
-from femflex.integrate.protocol import PROJECT, Call, Model
+from femflex.integrate.protocol import PROJECT, Call, Model, ModelArrays
 
 Projection = tuple[bool, Call]  # whether the model has constraints, and the call that projects a state onto them
 
@@ -33,6 +35,36 @@ def normalise(x: Array, renormalise: IntArray) -> None:
         length = math.sqrt(x[start] ** 2 + x[start + 1] ** 2 + x[start + 2] ** 2 + x[start + 3] ** 2)
         for i in range(start, start + 4):
             x[i] /= length
+
+
+@part
+def write_rows(
+    interpolate: Callable[[float, float, Array, Array], None],
+    times: Array,
+    rows: Array,
+    row: int,
+    state: Array,
+    vectors: Array,
+    renormalise: IntArray,
+    projection: Projection,
+    arrays: ModelArrays,
+) -> int:
+    """Write the output rows whose times the steps have reached; return the number of rows written so far.
+
+    interpolate  sets a row to the state at a fraction of the last step, of a size, from the vectors kept between calls
+    """
+    t, t_old = state[head.T], state[head.T_OLD]
+    while row < rows.shape[0] and times[row] <= t:
+        if times[row] == t:
+            copy_vector(vectors[0], rows[row])
+        else:
+            interpolate((times[row] - t_old) / (t - t_old), t - t_old, vectors, rows[row])
+            normalise(rows[row], renormalise)
+            if projection[0]:
+                projection[1](times[row], rows[row], *arrays)
+        state[head.LAST_OUT] = times[row]
+        row += 1
+    return row
 
 
 @part

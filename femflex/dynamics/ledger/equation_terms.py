@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from femflex.arrays import Array
 from femflex.body import FlexibleBody
 from femflex.system import Environment, Joint, LengthTable, System
 from femflex.system.variation import MARKER
@@ -89,9 +90,12 @@ def _has(system: System, key: str, array: str) -> bool:
     return bool(getattr(system.bodies[key].strain, array).any())
 
 
-def has_varying_part(system: System, part: str) -> bool:
-    """Whether a part of any body varies with time."""
-    return any(part in variation.acting for variation in system.varying.values())
+def has_in_bodies(array: Callable[[FlexibleBody], Array], part: str) -> Callable[[System], bool]:
+    """Whether an array of any body is not zero, or the part that it belongs to varies with time."""
+    return lambda system: (
+        any(part in variation.acting for variation in system.varying.values())
+        or any(array(body).any() for body in system.bodies.values())
+    )
 
 
 def has_prescribed_motion(system: System) -> bool:
@@ -125,9 +129,7 @@ EQUATION_TERMS = (  # in the order of the ledger's rows
     EquationTerm(
         "elastic",
         "K1 delta",
-        lambda system: (
-            has_varying_part(system, "stiffness") or any(body.strain.V1.any() for body in system.bodies.values())
-        ),
+        has_in_bodies(lambda body: body.strain.V1, "stiffness"),
         change_of_bodies(without_strain("V1"), "V1"),
     ),
     EquationTerm("elastic_K2", "K2 delta, quadratic in delta", has_degree("V2"), change_of_degree("elastic_K2", "V2")),
@@ -135,17 +137,13 @@ EQUATION_TERMS = (  # in the order of the ledger's rows
     EquationTerm(
         "prestress",
         "f0, the force of an initial stress",
-        lambda system: (
-            has_varying_part(system, "stiffness") or any(body.strain.f0.any() for body in system.bodies.values())
-        ),
+        has_in_bodies(lambda body: body.strain.f0, "stiffness"),
         change_of_bodies(without_strain("f0"), "f0"),
     ),
     EquationTerm(
         "damping",
         "D ddelta of the bodies",
-        lambda system: (
-            has_varying_part(system, "damping") or any(body.damping.any() for body in system.bodies.values())
-        ),
+        has_in_bodies(lambda body: body.damping, "damping"),
         change_of_bodies(lambda body: replace(body, damping=0.0 * body.damping), "damping"),
     ),
     EquationTerm(
