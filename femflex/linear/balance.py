@@ -82,7 +82,7 @@ class Step:
 
 
 def balance(problem: Steady, q: Array, share: float) -> Balance:
-    """Newton's method with shortened steps from the coordinates q (n_q,), under a share of the outer forces.
+    """Newton's method with shortened steps from the coordinates q (n_q,), under a share [1] of the outer forces.
 
     Where the steps do not settle, such as along a ring of equilibria, the result is the step of least residual.
     """
@@ -120,7 +120,7 @@ def balance(problem: Steady, q: Array, share: float) -> Balance:
 
 
 def unbalanced_forces(problem: Steady, q: Array, share: float) -> tuple[Array, Array, Array]:
-    """Forces (n_u,) that are left at q under a share of the outer ones; the multipliers (n_rows,) of the loops, and A.
+    """Forces (n_u,) [SI] left at q under a share of the outer ones; the multipliers (n_rows,) of the loops, and A.
 
     A (n_rows, n_u): their constraint matrix.
     """
@@ -202,7 +202,7 @@ def _split_by_resistance(S: Array, M: Array | None, noise: float) -> tuple[Array
 
 
 def stiff_compliance(problem: Steady, q: Array, share: float, A: Array, K: Array) -> Array:
-    """Compliance (n_u, n_u) of stiff directions, in usual sizes; K (n_u, n_u) at q."""
+    """Compliance (n_u, n_u) of stiff directions, in usual sizes; K (n_u, n_u) [SI] at q."""
     E, _ = problem.directions(A)
     stiffness = problem.own_stiffness[0] * problem.sizes * problem.sizes[:, None]
     values, V = np.linalg.eigh(E.T @ stiffness @ E)
@@ -212,7 +212,7 @@ def stiff_compliance(problem: Steady, q: Array, share: float, A: Array, K: Array
 
 
 def relaxed(problem: Steady, q: Array, share: float, compliance: Array) -> Array:
-    """Return the coordinates with the stiff ones brought to rest and all others unchanged."""
+    """Return the coordinates (n_q,) [m, rad] with the stiff ones brought to rest and all others unchanged."""
     before = np.inf
     for _ in range(RELAXATIONS):
         move = -compliance @ unbalanced_forces(problem, q, share)[0]
@@ -243,7 +243,7 @@ def _ratio(forces: Array, size: float) -> float:
 
 
 def stable_state_below(problem: Steady, q: Array, start: Array) -> Array | None:
-    """Return coordinates (n_q,) near a stable equilibrium below the unstable q; None if none is reached.
+    """Return coordinates (n_q,) [m, rad] near a stable equilibrium below the unstable q; None if none is reached.
 
     Of the two sides of q that of the coordinates begun from is taken.
     """

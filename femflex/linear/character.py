@@ -44,7 +44,7 @@ class MotionCharacter:
 
 
 def motion_character(model: Model, motions: SmallMotions, axis: Array | None = None) -> MotionCharacter:
-    """Return a description of each small motion; axis (3,) is that of a spin, in base frame components."""
+    """Return a description of each small motion; axis (3,) [1] is that of a spin, in base frame components."""
     kinetic = {
         name: motions.bodies[name].kinetic(model.system.bodies[name], motions.shapes) for name in model.system.order
     }

@@ -104,7 +104,7 @@ def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> L
 
 
 def multipliers(model: Model, t: float, x: Array) -> Array:
-    """Return the multipliers (n_rows,) of the loops of a system at rest at x; none for a tree."""
+    """Return the multipliers (n_rows,) [N, N m] of the loops of a system at rest at x; none for a tree."""
     if model.constraints is None:
         return np.zeros(0)
     ties, force = model.constraints.matrix(t, x), model.bias(t, x)
@@ -115,7 +115,7 @@ def multipliers(model: Model, t: float, x: Array) -> Array:
 
 
 def stiffness(model: Model, t: float, x: Array, udot: Array, lambdas: Array | None = None) -> Array:
-    """K (n_u, n_u): derivative of the residual by increments of the coordinates, at constant multipliers (n_rows,).
+    """K (n_u, n_u) [SI]: derivative of the residual by increments of coordinates, at constant multipliers (n_rows,).
 
     lambdas: those at rest when left out
     """
@@ -153,7 +153,7 @@ def nonlinear_bodies(model: Model) -> list[tuple[StrainTensors, IntArray, IntArr
 
 
 def ball_rotation_rates(model: Model, u: Array) -> Array:
-    """W (n_u, n_u): -skew(omega) for every ball that turns at omega, zero elsewhere."""
+    """W (n_u, n_u) [rad/s]: -skew(omega) for every ball that turns at omega, zero elsewhere."""
     W = np.zeros((model.n_u, model.n_u))
     for record in body_records(model.table)[1:]:
         if record["ball"] != BALL_NONE:

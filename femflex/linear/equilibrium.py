@@ -65,7 +65,7 @@ class Equilibrium:
 
     @property
     def q(self) -> Array:
-        """Coordinates (n_q,)."""
+        """Coordinates (n_q,) [m, rad]."""
         return self.x[: self.model.n_q]
 
     @property

@@ -138,7 +138,7 @@ class KnownMotions:
 
 
 def rigid_fields(model: Model, bodies: Mapping[str, BodyMotion], triad: Array) -> tuple[Array, BoolArray]:
-    """Increments (n_u, 6) that move the whole craft along and about the axes of a triad (3, 3), and which exist (6,).
+    """Increments (n_u, 6) of 1 m or 1 rad, of the craft along and about the axes of a triad (3, 3); which exist (6,).
 
     Turns are about the origin of the base frame. Only joints to the base frame move, none of them where it is locked
     or prescribed.

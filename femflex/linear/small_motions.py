@@ -104,7 +104,7 @@ def growth_rule() -> str:
 
 
 def small_motions(model: Model, x: Array, neutral: Array) -> SmallMotions:
-    """The small motions about the equilibrium x (n_x,) of a model; neutral (n_u, k): directions nothing resists there.
+    """Small motions about the equilibrium x (n_x,) [SI] of a model; neutral (n_u, k): directions nothing resists there.
 
     Raises ValueError for nonholonomic constraints.
     """

@@ -49,7 +49,7 @@ class StateEquations:
         return StateEquations(Z.T @ self.R, self.F_x @ Z, self.F_u @ Z, self.F_z, self.names)
 
     def settled_stiffness(self) -> Array:
-        """Return the addend to K (n, n) of states that follow the coordinates at once: -R F_z^-1 F_x."""
+        """Return the addend to K (n, n) [SI] of states that follow the coordinates at once: -R F_z^-1 F_x."""
         if not self.names:
             return np.zeros((len(self.R), len(self.R)))
         return np.asarray(-self.R @ np.linalg.lstsq(self.F_z, self.F_x, rcond=SINGULAR)[0])
@@ -65,7 +65,7 @@ def effector_states(model: Model) -> tuple[IntArray, Array]:
 
 
 def settled_states(model: Model, x: Array) -> Array:
-    """The state x (n_x,) with the states of effectors where they do not change any more, coordinates at rest as given.
+    """The state x (n_x,) [SI] with the states of effectors where they do not change any more, coordinates as given.
 
     Raises ValueError for a state that goes on changing.
     """
@@ -110,7 +110,7 @@ def state_jacobian(model: Model, t: float, x: Array) -> Array:
 
 
 def state_equations(model: Model, t: float, x: Array, udot: Array) -> StateEquations:
-    """The equations of the states of effectors about x (n_x,) at t with accelerations udot (n_u,)."""
+    """The equations of the states of effectors about x (n_x,) at t [s] with accelerations udot (n_u,) [SI]."""
     places, sizes = effector_states(model)
     if not places.size:
         return StateEquations.empty(model.n_u)

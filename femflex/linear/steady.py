@@ -56,7 +56,7 @@ class Steady:
         return inner * self.sizes, (full - inner) * self.sizes
 
     def at_rest(self, q: Array) -> Array:
-        """The state (n_x,) at rest at coordinates q (n_q,), states of effectors settled."""
+        """The state (n_x,) [SI] at rest at coordinates q (n_q,), states of effectors settled."""
         return settled_states(self.full, self.full.at_rest(q))
 
     def largest_force(self, q: Array, share: float) -> float:
@@ -91,7 +91,7 @@ class Steady:
 
     @cached_property
     def own_stiffness(self) -> tuple[Array, IntArray]:
-        """Stiffness of shapes and springs on joint coordinates, and the coordinates it multiplies."""
+        """Stiffness (n_u, n_u) [SI] of shapes and joint springs, and the coordinates (n_u,) that it multiplies."""
         return linear_stiffness(self.full)
 
     def stiffness(self, q: Array, share: float, lambdas: Array) -> Array:
@@ -131,7 +131,7 @@ class Steady:
         return Z @ V[:, stiff], Z @ V[:, ~stiff]
 
     def coordinates_after(self, q: Array, move: Array) -> Array:
-        """The coordinates after a move (n_u,) in usual sizes, their loops closed again by the shortest way."""
+        """Coordinates (n_q,) [m, rad] after a move (n_u,) in usual sizes, loops closed again by the shortest way."""
         q = advanced(self.full, q, move * self.sizes)
         if self.full.constraints is None:
             return q

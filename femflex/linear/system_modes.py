@@ -63,7 +63,7 @@ class SystemModes(Summarised):
 
     @property
     def damping_ratios(self) -> Array:
-        """(n,) part of critical; below 0 grows, 1 and -1 do not oscillate; 0 for known motions."""
+        """Ratio to critical damping (n,); below 0 grows, 1 and -1 do not oscillate; 0 for known motions."""
         size = np.abs(self.eigenvalues)
         ratios = -self.eigenvalues.real / np.where(size > 0, size, 1.0)
         return np.where(np.abs(ratios) < SAME, 0.0, ratios)
