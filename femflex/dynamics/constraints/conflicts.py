@@ -56,7 +56,7 @@ def competing_motions_text(constraints: Constraints, t: float, x: Array, name: s
     return f" together with {' and '.join(motions + others)}" if motions or others else ""
 
 
-def violated_text(constraints: Constraints, t: float, x: Array) -> str:
+def violated_text(constraints: Constraints, t: float, x: Array, further: str = "") -> str:
     """Describe the worst row of the last projected state that no step reaches; x is the state before it."""
     note = int(constraints.closing["note"])
     row, remaining, limit, speed = constraints.arrays[2][note : note + layout.N_SPEED + 1]
@@ -65,7 +65,7 @@ def violated_text(constraints: Constraints, t: float, x: Array) -> str:
     what = "velocity" if speed else "gap"
     competing = competing_motions_text(constraints, t, x, name)
     return (
-        f"{constraints.kind_of(name)} cannot be satisfied{competing}: the nearest state leaves a {what} of "
+        f"{constraints.kind_of(name)} cannot be satisfied{further}{competing}: the nearest state leaves a {what} of "
         f"{remaining:.3g} {unit}, above the limit of {limit:.3g}. Change one of them, or remove it"
     )
 

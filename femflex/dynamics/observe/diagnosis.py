@@ -7,14 +7,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.constraints.conflicts import ENTRY_TOLERANCE, flat_disc_text, prescribed_coordinates
-from femflex.dynamics.constraints.conflicts import violated_text as told_unheld
+from femflex.dynamics.constraints.conflicts import (
+    ENTRY_TOLERANCE,
+    flat_disc_text,
+    prescribed_coordinates,
+    violated_text,
+)
 from femflex.dynamics.joints.places import joint_places, prescribed_states
 from femflex.dynamics.user_functions import user_function_fault
 from femflex.system import LengthTable
 from femflex.system.gimbal_lock import can_lock, lock_angle, lock_text
 
 if TYPE_CHECKING:
+    from femflex.dynamics.constraints.constrained import Constraints
     from femflex.dynamics.model import Model
 
 
@@ -25,24 +30,25 @@ THRESHOLD = 1e-2  # rad left to gimbal lock, or smallest part of a singular valu
 def diagnosis(model: Model, t: float, x: Array, infeasible: bool) -> tuple[str, Exception | None]:
     """A sentence on the state x (n_x,) beyond which there is no step, and the exception behind it; or "" and None.
 
-    unheld: there is none because no state satisfies the constraints
+    infeasible: there is none because no state satisfies the constraints
     """
     if model.constraints is not None:
         if (failed := model.constraints.failed_user()) is not None:
             name, error = failed
             return f"the function of constraint {name!r} raised {type(error).__name__}: {error}", error
         if infeasible:
-            text = told_unheld(model.constraints, t, x, " any further")
-            return loop_limit_diagnosis(model, t, x) or text, None
+            text = violated_text(model.constraints, t, x, " any further")
+            return loop_limit_text(model.constraints, model, t, x) or text, None
     if text := length_limit_text(model, t, x):  # where the law of the reel is NaN on purpose
         return text, None
     text, cause = user_function_fault(model, t, x)
     if text:
         return text, cause
-    for check in (gimbal_lock_text, flat_disc_diagnosis, loop_limit_diagnosis):
-        if text := check(model, t, x):
-            return text, None
-    return "", None
+    text = gimbal_lock_text(model, t, x)
+    if model.constraints is not None:
+        text = text or flat_disc_text(model.constraints, t, x, THRESHOLD)
+        text = text or loop_limit_text(model.constraints, model, t, x)
+    return text, None
 
 
 def length_limit_text(model: Model, t: float, x: Array) -> str:
@@ -80,37 +86,19 @@ def gimbal_lock_text(model: Model, t: float, x: Array) -> str:
     return ""
 
 
-def flat_disc_diagnosis(model: Model, t: float, x: Array) -> str:
-    """A rolling disc that lies on its plane."""
-    if model.constraints is None:
-        return ""
-
-    return flat_disc_text(model.constraints, t, x, THRESHOLD)
-
-
-def loop_limit_diagnosis(model: Model, t: float, x: Array) -> str:
-    """A loop whose rows have lost their independence since the start."""
-    if model.constraints is None:
-        return ""
-
-    return loop_limit_text(model, t, x, THRESHOLD)
-
-
 DEPENDENT = 1e-8  # singular value, relative to the largest, of rows that follow from others
 
 
-def loop_limit_text(model: Model, t: float, x: Array, part: float) -> str:
-    """Describe a loop whose smallest singular value is below that part of its value at the start; "" for none."""
-    constraints = model.constraints
-    assert constraints is not None
-    B_start = mass_scaled_rows(model, 0.0, model.x0)
-    B = mass_scaled_rows(model, t, x)
+def loop_limit_text(constraints: Constraints, model: Model, t: float, x: Array) -> str:
+    """Describe a loop whose rows have lost their independence since the start; "" for none."""
+    B_start = mass_scaled_rows(constraints, model, 0.0, model.x0)
+    B = mass_scaled_rows(constraints, model, t, x)
     if not (B.size and np.isfinite(B).all()):
         return ""
     rows, values, _ = np.linalg.svd(B)
     values_start = np.linalg.svd(B_start, compute_uv=False)
     rank = int((values_start > DEPENDENT * values_start[0]).sum()) if values_start[0] > 0.0 else 0
-    if rank == 0 or not values[rank - 1] / values[0] < part * values_start[rank - 1] / values_start[0]:
+    if rank == 0 or not values[rank - 1] / values[0] < THRESHOLD * values_start[rank - 1] / values_start[0]:
         return ""
     row_weights = rows[:, rank - 1]
     name = max(constraints.names, key=lambda name: float(np.abs(row_weights[constraints.rows_of(name)]).max()))
@@ -128,10 +116,8 @@ def loop_limit_text(model: Model, t: float, x: Array, part: float) -> str:
     )
 
 
-def mass_scaled_rows(model: Model, t: float, x: Array) -> Array:
+def mass_scaled_rows(constraints: Constraints, model: Model, t: float, x: Array) -> Array:
     """Return A root(M)^-T of the freedoms that are not prescribed, each row at the length of the free bodies' own."""
-    constraints = model.constraints
-    assert constraints is not None
     free = [k for k in range(model.n_u) if k not in prescribed_coordinates(model.system)]
     M = model.mass_matrix(t, x)[np.ix_(free, free)]
     A = np.take(constraints.matrix(t, x), free, axis=1)
