@@ -373,8 +373,10 @@ def print_craft(case: Case, modes: SystemModes, number: int | None, verbose: boo
     if note := damping_note(case, modes):
         print_line("damping", note)
     print_about(modes.about, modes.left_out)
-    if modes.held:
-        print_line("held", f"commands of the sampled controllers {', '.join(modes.held)}: their loops are open")
+    if modes.held_controllers:
+        print_line(
+            "held", f"commands of the sampled controllers {', '.join(modes.held_controllers)}: their loops are open"
+        )
     print_stability(modes.about)
     for verdict in mode_verdicts(case, modes):
         print_line("expected", verdict)

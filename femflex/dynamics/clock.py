@@ -60,7 +60,7 @@ class Clock:
         """
         due = [sampler for sampler in self.samplers if x[sampler.next_instant] <= t]
         paths = sorted({path for sampler in due for path in sampler.controller.sensors})
-        measured = self.model.read(t, x, paths) if paths else {}
+        measured = self.model.channel_values(t, x, paths) if paths else {}
         for sampler in due:
             controller = sampler.controller
             readings = {path: np.array(measured[path]) for path in controller.sensors}

@@ -62,7 +62,7 @@ class Latches:
         out = np.array([_distance(p, t, x) for p in self.latch_events])
         waiting = {k: opens for k, p in enumerate(self.latch_events) if (opens := _threshold(p, x)) is not None}
         if waiting:
-            channels = self.model.read(t, x, sorted({opens.channel for opens in waiting.values()}))
+            channels = self.model.channel_values(t, x, sorted({opens.channel for opens in waiting.values()}))
             for k, opens in waiting.items():
                 out[k] = opens.distance(float(channels[opens.channel]))
         return out

@@ -289,7 +289,7 @@ class Model(Summarised):
         """As `observe`, also of channels that a run does not report, each computed when it is read."""
         return Observation(self, times, states)
 
-    def read(self, t: float, x: Array, paths: Iterable[str]) -> dict[str, Array]:
+    def channel_values(self, t: float, x: Array, paths: Iterable[str]) -> dict[str, Array]:
         """Single channels at the state x (n_x,), without all the others: path -> channel.shape."""
         observation = self.observation(np.array([t]), x[None])
         return {path: np.array(observation[path][0]) for path in paths}

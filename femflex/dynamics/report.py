@@ -71,7 +71,7 @@ class Channels:
 
     @classmethod
     def of_system(cls, system: System) -> Channels:
-        """Those of a system."""
+        """The channels of a system."""
         by_report = {report: channels for report in reports() if (channels := report.channels(system))}
         columns: dict[str, slice | int] = {}
         n = 0

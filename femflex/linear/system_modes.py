@@ -74,7 +74,7 @@ class SystemModes(Summarised):
         return self.about.stable
 
     @property
-    def held(self) -> list[str]:
+    def held_controllers(self) -> list[str]:
         """Return the sampled controllers whose commands are constant: the modes are those of the craft without them."""
         return [
             effector.name

@@ -54,7 +54,7 @@ def followed_orbit(orbit: Orbit, path: Path, epoch: float, duration: float) -> O
             f"{path.name} goes from {first:.6g} to {last:.6g} s of the run, which lasts {duration:.6g} s; give one "
             "that covers it, another environment.epoch, or a shorter run"
         )
-    return orbit.following(splines)
+    return orbit.along_path(splines)
 
 
 def osculating_elements(r: Array, v: Array, mu: float = MU_EARTH) -> dict[str, float]:

@@ -105,8 +105,8 @@ class Joint(Summarised):
         motion = tuple(Profile.constant(m) if isinstance(m, int | float) else m for m in self.motion)
         set_(self, "motion", motion)
         names = [name.rpartition(".")[2] for name in self.freedom_names()]
-        set_(self, "laws", tuple(law.placed(names) for law in self.laws))
-        set_(self, "latches", tuple(latch.placed(names) for latch in self.latches))
+        set_(self, "laws", tuple(law.with_freedom_of(names) for law in self.laws))
+        set_(self, "latches", tuple(latch.with_freedom_of(names) for latch in self.latches))
         q0, u0 = started_motion(self)
         set_(self, "q0", q0)
         set_(self, "u0", u0)

@@ -121,7 +121,7 @@ class JointLaw(Parametric):
         assert isinstance(self.coordinate, int)
         return self.coordinate
 
-    def placed(self, names: Sequence[str]) -> Self:
+    def with_freedom_of(self, names: Sequence[str]) -> Self:
         """The law with the number of its coordinate among these names. Raises ValueError for one that is not there."""
         if isinstance(self.coordinate, int):
             return self
@@ -187,7 +187,7 @@ def read_law(table: Any, units: Mapping[str, str]) -> JointLaw:
     Raises ValueProblem for what does not fit.
     """
     if isinstance(table, JointLaw):
-        return table.placed(list(units))
+        return table.with_freedom_of(list(units))
     if not isinstance(table, Mapping):
         raise ValueProblem(f"found {value_text(table)}; expected a table headed [[joints.laws]]")
     kind = checked_word(table.get("kind"), _LAWS, "kind")

@@ -119,7 +119,7 @@ class Orbit(Table):
         }
         return self.model_copy(update=rates)
 
-    def following(self, path: tuple[Profile, Profile, Profile]) -> Orbit:
+    def along_path(self, path: tuple[Profile, Profile, Profile]) -> Orbit:
         """The specified orbit whose O goes along inertial components of a position [m]; elements are those at t = 0."""
         orbit = self.model_copy()
         orbit._path = path

@@ -64,7 +64,7 @@ def test_observed_channels_match_material_points(seed):
     rate = model.state_rate(0.0, x)
     seen = model.observe(np.zeros(3), np.stack([x - H * rate, x, x + H * rate]))
     assert set(seen) == set(model.channels)
-    single = model.read(0.0, x, model.channels)
+    single = model.channel_values(0.0, x, model.channels)
     for path, channel in model.channels.items():
         assert seen[path].shape == (3, *channel.shape), path
         np.testing.assert_allclose(single[path], seen[path][1], rtol=1e-12, atol=1e-12, err_msg=path)

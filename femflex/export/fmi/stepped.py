@@ -69,7 +69,7 @@ class SteppedCraft:
 
     def variables(self, references: Sequence[int]) -> list[float]:
         """Values in SI by value reference: 0 is the time, then the inputs, then the outputs."""
-        channels = self._model.read(self.time, self.state, dict.fromkeys(path for path, _ in self._entries))
+        channels = self._model.channel_values(self.time, self.state, dict.fromkeys(path for path, _ in self._entries))
         outputs = [np.ravel(channels[path])[k] for path, k in self._entries]
         values = np.concatenate([[self.time], self.state[self._held], outputs])
         return [float(values[reference]) for reference in references]
