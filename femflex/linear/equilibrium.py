@@ -19,12 +19,8 @@ from femflex.dynamics.model import Model, compile_system
 from femflex.dynamics.motion.freedoms import elastic_places, freedom_names
 from femflex.dynamics.motion.motion_scale import damped
 from femflex.effectors.constant_commands import with_held_commands
-from femflex.linear.balance import BALANCED, Balance, LEVEL, balance, finely_balanced, stable_state_below
+from femflex.linear.balance import BALANCED, LEVEL, Balance, balance, finely_balanced, stable_state_below
 from femflex.linear.relaxation import relaxed_states
-from femflex.linear.small_motions import SmallMotions, small_motions
-from femflex.linear.steady import Steady, steady
-from femflex.linear.still import frozen_system, without_variation
-from femflex.linear.balance import BALANCED, Balance, LEVEL, balance, finely_balanced, stable_state_below
 from femflex.linear.small_motions import SmallMotions, small_motions
 from femflex.linear.steady import Steady, steady
 from femflex.linear.still import frozen_system, without_variation

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from femflex.arrays import Array
-from femflex.dynamics.linear.increments import advanced
+from femflex.dynamics.motion.increments import advanced
 from femflex.linear.steady import Steady
 
 LONGEST = 2e-3  # step over usual sizes
