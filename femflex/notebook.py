@@ -26,7 +26,7 @@ def view(run: Run, time: float | None = None, **look: Any) -> Any:
     time  [s]; by default that of the largest elastic displacement;  look: the fields of `femflex.view.Look`
     Raises MissingExtra, ValueError and NoRenderer as `femflex.view.render_picture`.
     """
-    from femflex.view.render import render_picture, turning_view
+    from femflex.view.scene import render_picture, turning_view
 
     if _in_notebook() and all(find_spec(name) for name in TRAME):
         return turning_view(run, time, **look)

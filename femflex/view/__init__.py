@@ -3,7 +3,7 @@
 from femflex.view.look import Look
 from femflex.view.modes import craft_montage, craft_movie, mode_montage, mode_movie
 from femflex.view.plot import plot_histories
-from femflex.view.render import render_movie, render_picture
+from femflex.view.scene import render_movie, render_picture
 from femflex.view.spectra import plot_spectra, plot_spectrograms
 from femflex.view.terms import energy_account, plot_energy, plot_terms
 from femflex.view.window import NoRenderer

@@ -17,8 +17,7 @@ from femflex.view.framing import VIEW_ANGLE, Margins, best_direction, fit_camera
 from femflex.view.look import Look
 from femflex.view.motion import motion
 from femflex.view.plan import plan_scene
-from femflex.view.render import render_movie, render_picture
-from femflex.view.scene import Scene
+from femflex.view.scene import Scene, render_movie, render_picture
 
 
 def on_screen(points, view, aspect):
