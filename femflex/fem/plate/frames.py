@@ -114,7 +114,7 @@ def section_stiffness(section: PlateSection, axis: ArrayLike, axes: Array) -> St
 
 
 def ply_stiffness(section: PlateSection, axis: ArrayLike, axes: Array) -> Array:
-    """`PlateSection.plies` (1|e, 1, k, 2, 3, 6) per strains in axes (1|e, 3, 3), the section's x axis as above."""
+    """Stress of plies (1|e, 1, k, 2, 3, 6) [Pa, N/m] per strains in axes (1|e, 3, 3), the section's x axis as above."""
     return section.ply_stiffness(_angles(axis, axes))[:, None]
 
 

@@ -33,7 +33,7 @@ def loads_of_rigid_accelerations(structure: Structure) -> Array:
 
 
 def loads_of_linear_accelerations(structure: Structure) -> Array:
-    """int N^T a dm (n_dof, 12) of the fields a = z_a e_b, z = (1, r), uniform or linear in position."""
+    """int N^T a dm (n_dof, 12) [kg, kg m] of the fields a = z_a e_b, z = (1, r), uniform or linear in position."""
     how = linear_shapes, linear_motion
     found: Array = structure.recalled(("linear loads",), lambda: _loads(structure, *how))
     return found
