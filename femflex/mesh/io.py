@@ -56,4 +56,6 @@ def write_mesh(path: str | Path, mesh: Mesh, *, binary: bool = True, version: st
         try:
             file_format.write(part, without_vertices(mesh), WriteOptions(binary, version))
         except OSError as error:  # numpy's of an array that does not fit has no number
-            raise error if error.errno else OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(part)) from error
+            if error.errno is None:
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(part)) from error
+            raise

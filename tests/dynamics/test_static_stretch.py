@@ -7,7 +7,7 @@ import pytest
 from support.spin_up import KANE
 
 from femflex import fem
-from femflex.body import rigid_body
+from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system
 from femflex.mesh import line
 from femflex.reduction import (
@@ -55,7 +55,7 @@ def test_spun_beam_has_static_stretch(strain):
 def test_static_stretch_includes_hub_radius(name):
     """m Om^2 (L^3 / 3 + R L^2 / 2) / EA."""
     body = BODIES[name]()
-    hub = rigid_body(10.0, np.eye(3), markers={"rim": body.marker("origin").at(np.array([RADIUS, 0, 0]))})
+    hub = rigid_body(10.0, np.eye(3), markers={"rim": Marker.at_position(np.array([RADIUS, 0, 0]))})
     turn = revolute("hub", axis=(0, 0, 1), motion=(Profile(np.zeros(1), np.array([[0.0, SPEED]])),))
     system = System({"hub": hub, "beam": body}, (turn, weld("beam", "hub", parent_marker="rim", child_marker="root")))
     L = KANE.length
