@@ -22,6 +22,7 @@ from femflex.hydrodynamics.data import WaveData
 
 ACCURACY = 0.02  # of the largest kernel: error that is accepted
 LONGEST = 12  # blocks of a chain
+EVALUATIONS = 40, 160  # of a fit, the latter where the former have not come near
 COUPLED = 1e-4  # of the geometric mean: damping between two motions that counts as none
 WEAK = 1e-6  # of the largest, each measured by the body's size: damping of a motion that does not radiate
 
@@ -119,10 +120,22 @@ def _fit_group(omega: Array, B: Array, A: Array, infinite: Array | None) -> tupl
         change = omega[:, None, None] * (mass - (mass.mean(axis=0) if infinite is None else infinite))
         return np.concatenate([(kernel.real - B)[:, *upper].ravel(), change[:, *upper].ravel()])
 
+    def slope(x: Array, count: int) -> Array:
+        D = _kernel_slopes(x, count, omega)[:, *upper]
+        change = -D.imag
+        if infinite is None:
+            change = change + omega[:, None, None] * np.mean(D.imag / omega[:, None, None], axis=0)
+        return np.concatenate([part.reshape(-1, x.size) for part in (D.real, change)])
+
     x, best = _first_chain(m, peak), None
     for count in range(2, LONGEST + 1, 2):
-        found = least_squares(partial(gap, count=count), x, x_scale="jac", max_nfev=200)
-        error = float(np.abs(found.fun).max())
+        # of one motion, differences cost little and are seen to end in better fits; of many they would take minutes
+        jacobian = partial(slope, count=count) if m > 1 else "2-point"
+        for evaluations in EVALUATIONS if m > 1 else (sum(EVALUATIONS),):
+            found = least_squares(partial(gap, count=count), x, jacobian, x_scale="jac", max_nfev=evaluations)
+            x, error = found.x, float(np.abs(found.fun).max())
+            if error < ACCURACY / 4:
+                break
         if best is None or error < best[0]:
             best = error, found.x, count
         if error < ACCURACY:
@@ -130,6 +143,30 @@ def _fit_group(omega: Array, B: Array, A: Array, infinite: Array | None) -> tupl
         x = _longer(found.x, count, m, peak)
     assert best is not None
     return _state_space(*_chain(best[1], best[2], m))
+
+
+def _kernel_slopes(x: Array, count: int, omega: Array) -> ComplexArray:
+    """Derivatives (f, m, m, p) of the kernel of a chain at frequencies (f,) by its numbers x (p,).
+
+    Those of G^T (s - F)^-1 G by the rate F are G^T (s - F)^-1 dF (s - F)^-1 G.
+    """
+    m = int(np.sqrt(x.size // (count + count // 2)))
+    chain = _chain(x, count, m)
+    rate, G = _state_space(*chain)
+    resolvent = np.linalg.inv(1j * omega[:, None, None] * np.eye(len(rate)) - rate)
+    left = (G.T @ resolvent).reshape(len(omega), m, count, m).transpose(2, 0, 1, 3)  # of each block: (f, m, m)
+    right = (resolvent @ G).reshape(len(omega), count, m, m).transpose(1, 0, 2, 3)
+    unit = np.broadcast_to(np.eye(m), left[0].shape)
+
+    def both(rows: Array | ComplexArray, columns: Array | ComplexArray, turned: bool = False) -> ComplexArray:
+        order = "fib,faj->fijab" if turned else "fia,fbj->fijab"
+        return np.asarray(np.einsum(order, rows, columns).reshape(len(omega), m, m, m * m), complex)
+
+    parts = [both(unit, right[0], True) + both(left[0], unit)]
+    parts += [both(left[k + 1], right[k], True) - both(left[k], right[k + 1]) for k in range(count - 1)]
+    for k, L in enumerate(x.reshape(-1, m, m)[count:]):
+        parts.append(-both(left[2 * k], L.T @ right[2 * k]) - both(left[2 * k] @ L, right[2 * k], True))
+    return np.concatenate(parts, axis=-1)
 
 
 def _first_chain(m: int, peak: float) -> Array:
