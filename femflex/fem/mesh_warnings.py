@@ -270,7 +270,7 @@ def _is_single_layer(name: str, nodes: IntArray) -> bool:
 
 
 def warn_of_constant_strain(points: Array, cells: dict[str, IntArray], where: str) -> None:
-    """Warn of shells with points [m] and cells (e, k) that are triangles by more than CONSTANT_STRAIN_SHARE of the area."""
+    """Warn of shells with points [m] and cells (e, k) that are triangles by over CONSTANT_STRAIN_SHARE of the area."""
     area = {
         name: np.linalg.norm(normals_at_nodes(name, points[nodes]), axis=2).mean(axis=1).sum()
         / (2 if "triangle" in name else 1)

@@ -122,7 +122,7 @@ class VariableSection:
         return C
 
     def plies(self, patch: Patch, positions: Array) -> Array:
-        """Stress of plies (e|1, q|1, k, 2, 3, 6) [Pa, N/m] per strains in the section's axes, at positions of elements."""
+        """Stress of plies (e|1, q|1, k, 2, 3, 6) [Pa, N/m] per strains in the section's axes, at positions."""
         return scaled_plies(self.section.plies, self.heights(patch, positions) / self.section.thickness, self.offset)
 
     def masses(self, patch: Patch, positions: Array) -> tuple[Array, Array, Array]:
