@@ -89,6 +89,7 @@ def prepare(
     from femflex.advice.advice import warn_of
     from femflex.advice.model_warnings import output_notes
     from femflex.case import Case, read_case
+    from femflex.dynamics.implicit.residual import residual
     from femflex.dynamics.observe.observe import observe
     from femflex.integrate import dop853_kernel
     from femflex.kernels.compiled import compile_ahead
@@ -108,7 +109,7 @@ def prepare(
         if resume:
             check_same_effectors(effectors, Path(output))
     loops = (dop853_kernel.fill,) if case.run.integrator in ("auto", "dop853") else ()
-    compile_ahead(*loops, observe)  # while this process builds bodies and compiles the equations
+    compile_ahead(residual, observe, *loops)  # while this process builds bodies and compiles the equations
     resolved = resolve_choices(case, bodies)
     system = resolved.system
     if effectors or varying:
