@@ -101,6 +101,7 @@ ROWS = {  # what acts, the boom, key words of a warning that must be there, or a
 }  # fmt: skip
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.sampled(10)
 @pytest.mark.parametrize("name", ROWS)
 def test_buckling_warnings_of_linear_and_condensed_booms(name, tmp_path):

@@ -33,6 +33,7 @@ def test_shipped_cases_are_copied_with_their_files(femflex, tmp_path):
     assert code == 2 and "sail_trim" in err and not (tmp_path / "other").exists()
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("word", ["panels", "boom", "deployment", "tether", "sail", "deck"])
 def test_templates_are_cases_without_problems(femflex, word):
     code, out, _ = femflex("new", "mine.toml", "--template", word)

@@ -99,6 +99,7 @@ ALL = {"quad": np.arange(4)}
 LINES = {"line": np.arange(2)}
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize(
     ("lines", "groups", "points", "members", "clamp"),
     [

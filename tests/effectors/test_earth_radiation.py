@@ -121,6 +121,7 @@ def test_night_reflects_nothing():
         assert (np.linalg.norm(found) == 0.0) == dark
 
 
+@pytest.mark.slow
 def test_small_motions_and_budget_of_a_ball_above_its_pivot():
     """Infrared pushes a ball 2 m above its pivot away from the Earth: omega^2 = F d / J, F = M/c (R/r)^2 pi r^2.
 

@@ -287,6 +287,7 @@ def test_light_follows_a_bent_panel():
 # --- air -------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("normal", "tangential"), [(1.0, 1.0), (0.0, 0.0)])
 def test_drag_of_a_sphere(normal, tangential):
     """Diffuse and specular reflection (Schaaf and Chambre 1961): the wall's temperature counts for the diffuse part."""

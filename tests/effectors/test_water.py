@@ -172,6 +172,7 @@ def test_energy_of_bodies_and_water_balances(tmp_path, parts, size):
         assert np.sum(list(rows.values()), axis=0) == pytest.approx(0.0, abs=1e-9 * np.abs(rows["inertia"]).max())
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.filterwarnings("ignore::femflex.warning.PhysicsWarning")
 @pytest.mark.parametrize(("parts", "states"), [(MOORED_ROD, 0), (SHAPES, 4)])
 @pytest.mark.parametrize("integrator", ["dop853", pytest.param("esdirk4", marks=pytest.mark.slow)])

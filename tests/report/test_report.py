@@ -62,6 +62,7 @@ def test_report_has_the_run_in_it(page):
     assert page.stat().st_size < 8e6
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed")
 def test_browser_shows_the_craft_in_motion(page, tmp_path):
     """The canvas is drawn, differs between two times, and the console stays empty."""

@@ -96,6 +96,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.sampled(15)
 @pytest.mark.parametrize("name", EDITS)
 def test_edited_result_is_refused_with_what_is_wrong(name, finished, tmp_path, femflex):
     edit, verbs, word = EDITS[name]

@@ -295,6 +295,7 @@ def test_sums_of_outputs_and_the_study_over_modes():
         budget.rms_of("n:x")
 
 
+@pytest.mark.slow
 def test_history_of_a_random_force_has_the_rms_of_the_spectrum():
     """Loads drawn from the spectrum as sums of 400 lines of random phases, over one period of the sum."""
     n, df = 400, 0.01

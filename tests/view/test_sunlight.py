@@ -49,6 +49,7 @@ def plates(tmp_path_factory):
     return femflex.run(parse_case(CASE), tmp_path_factory.mktemp("plates") / "plates.h5")
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_shadow_has_the_area_of_the_roof_seen_from_the_sun(plates, tmp_path, theme):
     """Light slopes by 0.75: the shadow is 1 m + 0.75 x 0.2 m long. From above the roof does not cover it."""
