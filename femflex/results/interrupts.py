@@ -38,4 +38,6 @@ def without_interrupts() -> Iterator[None]:
     finally:
         signal.signal(signal.SIGINT, handler)
     if pending:
+        if callable(handler):  # which may have to know of an interrupt that it did not see
+            handler(signal.SIGINT, None)
         raise KeyboardInterrupt

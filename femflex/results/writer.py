@@ -324,8 +324,9 @@ class RunWriter:
         file["progress"][...] = [end, slot]  # sixteen bytes in place: the block counts from here on
         file.flush()
         self.rows, self._slot = end, slot
-        self._interrupt_context.close()
+        previous = self._interrupt_context.pop_all()
         self._interrupt_context.enter_context(finished_on_interrupt(str(self.path)))
+        previous.close()
         if start == 0 < end:
             file.close()
             self._continue_in(self._move_part())

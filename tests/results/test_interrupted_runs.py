@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -14,6 +16,7 @@ from support.known_run import CHANNELS, known_arrays, known_bodies
 
 from femflex.results import RunWriter, open_run, resume_point
 from femflex.results.copying import conclude
+from femflex.results.interrupts import without_interrupts
 
 PAGE = 4096
 
@@ -283,3 +286,15 @@ def test_run_without_rows_leaves_no_file(tmp_path: Path, blocks: int, complete: 
             writer.write_block(none, known_arrays(none), resume={"steps": k})
         writer.finish(complete=complete, ended="at once", statistics={"steps": 0})
     assert list(tmp_path.iterdir()) == []
+
+
+def test_delayed_interrupt_reaches_the_handler_of_before():
+    received: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: received.append(number))
+    try:
+        with pytest.raises(KeyboardInterrupt), without_interrupts():
+            os.kill(os.getpid(), signal.SIGINT)
+            assert not received
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert received == [signal.SIGINT]
