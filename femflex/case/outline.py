@@ -78,41 +78,41 @@ class Outline:
 def outline_of_tables(raw: Mapping[str, Any], case: Case | None = None) -> Outline:
     """The outline of a case with mistakes from its TOML tables, or of a valid case, labelled from its tables."""
 
-    def part(key: str, kind: Any, default: Any = None) -> Any:
+    def single_table(key: str, kind: Any, default: Any = None) -> Any:
         return _valid_or_none(kind, raw.get(key, default)) if case is None else getattr(case, key)
 
-    def named(key: str, kind: Any, tables: Any = raw, source: Any = case) -> dict[str, Any]:
+    def named_tables(key: str, kind: Any, tables: Any = raw, source: Any = case) -> dict[str, Any]:
         if case is None:
             return {str(name): _valid_or_none(kind, item) for name, item in _table(tables, key).items()}
         return dict(getattr(source, key, {}))
 
-    def listed(key: str, kind: Any) -> dict[str, Any]:
+    def listed_tables(key: str, kind: Any) -> dict[str, Any]:
         items = raw[key] if isinstance(raw.get(key), list) else []
         values = [_valid_or_none(kind, item) for item in items] if case is None else getattr(case, key)
         return {f"{key}[{item_label(items, k)}]": item for k, item in enumerate(values)}
 
     mounted: dict[str, Any] = {}
     for key, kind in mounted_kinds().items():
-        mounted |= _label(key, named(key, kind))
-    outputs = named("outputs", JitterOutput, _table(raw, "jitter"), case and case.jitter)
+        mounted |= _label(key, named_tables(key, kind))
+    outputs = named_tables("outputs", JitterOutput, _table(raw, "jitter"), case and case.jitter)
     return Outline(
-        run=part("run", RunTable),
-        orbit=part("orbit", Orbit, {"kind": "none"}),
-        environment=part("environment", Environment, {}),
-        attitude=part("attitude", AttitudeTable, {}),
-        bodies=named("bodies", Body),
-        joints=listed("joints", AnyJoint),
-        loads=listed("loads", Load),
-        loops=listed("loops", AnyJoint),
-        between=listed("constraints", Constraint) | listed("springs", Spring),
-        sights=listed("sights", Sight),
+        run=single_table("run", RunTable),
+        orbit=single_table("orbit", Orbit, {"kind": "none"}),
+        environment=single_table("environment", Environment, {}),
+        attitude=single_table("attitude", AttitudeTable, {}),
+        bodies=named_tables("bodies", Body),
+        joints=listed_tables("joints", AnyJoint),
+        loads=listed_tables("loads", Load),
+        loops=listed_tables("loops", AnyJoint),
+        between=listed_tables("constraints", Constraint) | listed_tables("springs", Spring),
+        sights=listed_tables("sights", Sight),
         mounted=mounted | _label("jitter.outputs", outputs),
-        surroundings=_label(SURROUNDINGS, named(SURROUNDINGS, table_of(nouns()[SURROUNDINGS]))),
-        pictures=part("pictures", PicturesTable),
-        study=part("study", StudyTable),
-        campbell=part("campbell", CampbellTable),
-        expect=part("expect", ExpectationsTable) if "expect" in raw else None,
-        initial=part("initial", StartTable),
+        surroundings=_label(SURROUNDINGS, named_tables(SURROUNDINGS, table_of(nouns()[SURROUNDINGS]))),
+        pictures=single_table("pictures", PicturesTable),
+        study=single_table("study", StudyTable),
+        campbell=single_table("campbell", CampbellTable),
+        expect=single_table("expect", ExpectationsTable) if "expect" in raw else None,
+        initial=single_table("initial", StartTable),
         names={key: frozenset(map(str, _table(raw, key))) for key in ("materials", "sections")},
         is_valid=case is not None,
     )

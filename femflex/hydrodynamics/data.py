@@ -67,16 +67,14 @@ class WaveData:
             rows = [(1.0 - share) * rows[0] + share * self._over_frequency(j + 1, omega)]
         return rows[0]
 
-    def over(self, J: Array) -> WaveData:
+    def over_motions(self, J: Array) -> WaveData:
         """The same over other motions (k,), of which each moves those of the data by a column of J (m, k)."""
 
-        def turned(a: Array | None) -> Any:
+        def projected(a: Array | None) -> Any:
             return None if a is None else J.T @ a @ J
 
-        return replace(
-            self, added_mass=turned(self.added_mass), damping=turned(self.damping), infinite=turned(self.infinite),
-            excitation=self.excitation @ J, stiffness=turned(self.stiffness),
-        )  # fmt: skip
+        matrices = {key: projected(getattr(self, key)) for key in ("added_mass", "damping", "infinite", "stiffness")}
+        return replace(self, excitation=self.excitation @ J, **matrices)
 
     def _over_frequency(self, heading: int, omega: float) -> ComplexArray:
         rows = self.excitation[:, heading]

@@ -49,7 +49,7 @@ class Radiation:
             self.input.T @ np.linalg.solve(resolvent, np.broadcast_to(self.input, (len(omega), *self.input.shape)))
         )
 
-    def over(self, J: Array) -> Radiation:
+    def over_motions(self, J: Array) -> Radiation:
         """The same over other motions (k,), of which each moves those of the data by a column of J (m, k)."""
         return replace(self, input=self.input @ J, infinite=J.T @ self.infinite @ J)
 
@@ -158,14 +158,14 @@ def _kernel_slopes(x: Array, count: int, omega: Array) -> ComplexArray:
     right = (resolvent @ G).reshape(len(omega), count, m, m).transpose(1, 0, 2, 3)
     unit = np.broadcast_to(np.eye(m), left[0].shape)
 
-    def both(rows: Array | ComplexArray, columns: Array | ComplexArray, turned: bool = False) -> ComplexArray:
+    def derivatives(rows: Array | ComplexArray, columns: Array | ComplexArray, turned: bool = False) -> ComplexArray:
         order = "fib,faj->fijab" if turned else "fia,fbj->fijab"
         return np.asarray(np.einsum(order, rows, columns).reshape(len(omega), m, m, m * m), complex)
 
-    parts = [both(unit, right[0], True) + both(left[0], unit)]
-    parts += [both(left[k + 1], right[k], True) - both(left[k], right[k + 1]) for k in range(count - 1)]
+    parts = [derivatives(unit, right[0], True) + derivatives(left[0], unit)]
+    parts += [derivatives(left[k + 1], right[k], True) - derivatives(left[k], right[k + 1]) for k in range(count - 1)]
     for k, L in enumerate(x.reshape(-1, m, m)[count:]):
-        parts.append(-both(left[2 * k], L.T @ right[2 * k]) - both(left[2 * k] @ L, right[2 * k], True))
+        parts.append(-derivatives(left[2 * k], L.T @ right[2 * k]) - derivatives(left[2 * k] @ L, right[2 * k], True))
     return np.concatenate(parts, axis=-1)
 
 

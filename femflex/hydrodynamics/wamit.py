@@ -36,7 +36,7 @@ def read(path: Path, density: float, gravity: float) -> WaveData:
         with reading(hydrostatics, "NAME.hst of WAMIT", ADVICE):
             stiffness = np.zeros((m, m))
             for i, j, value in _rows(hydrostatics, (3,)):
-                stiffness[_place(i, m), _place(j, m)] = density * gravity * value
+                stiffness[_mode_index(i, m), _mode_index(j, m)] = density * gravity * value
     shapes = tuple(str(k) for k in range(7, m + 1))
     return WaveData(omega, A, B, infinite, headings, X, density, gravity, stiffness, shapes=shapes)
 
@@ -58,7 +58,7 @@ def _rows(path: Path, counts: tuple[int, ...]) -> list[list[float]]:
     return out
 
 
-def _place(number: float, m: int) -> int:
+def _mode_index(number: float, m: int) -> int:
     if number not in range(1, m + 1):
         raise ValueError(f"it has the mode {number:g}, where NAME.1 has modes 1 to {m}")
     return int(number) - 1
@@ -71,7 +71,7 @@ def _radiation(rows: list[list[float]], density: float, m: int) -> tuple[Array, 
     infinite = np.zeros((m, m)) if any(row[0] == 0.0 for row in rows) else None
     at = {period: k for k, period in enumerate(periods)}
     for period, i, j, a, *b in rows:
-        place = _place(i, m), _place(j, m)
+        place = _mode_index(i, m), _mode_index(j, m)
         if period == 0.0 and infinite is not None:
             infinite[place] = density * a
         if period > 0.0:
@@ -87,7 +87,9 @@ def _excitation(rows: list[list[float]], omega: Array, scale: float, m: int) -> 
     for period, angle, i, _, _, real, imaginary in rows:
         if period > 0.0:
             k = int(np.argmin(np.abs(omega - 2 * np.pi / period)))
-            X[k, angles.index(angle), _place(i, m)] = scale * (real - 1j * imaginary)  # its conjugate: exp(-i omega t)
+            X[k, angles.index(angle), _mode_index(i, m)] = scale * (
+                real - 1j * imaginary
+            )  # its conjugate: exp(-i omega t)
     if not np.isfinite(X).all():
         raise ValueError("it lacks excitation at some period and heading of NAME.1")
     return np.radians(angles), X

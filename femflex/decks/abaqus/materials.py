@@ -49,7 +49,7 @@ class Materials:
             elif current is not None and keyword.name in MATERIAL_KEYWORDS:
                 current.append(keyword)
         for head, keywords in materials:
-            self._read(head, keywords)
+            self._read_material(head, keywords)
 
     def __call__(self, name: str, where: str) -> Elastic:
         """The material with this name. Raises ValueError if the deck has no such elastic material."""
@@ -65,7 +65,7 @@ class Materials:
         """All elastic materials."""
         return list(self._by_name.values())
 
-    def _read(self, head: Keyword, keywords: list[Keyword]) -> None:
+    def _read_material(self, head: Keyword, keywords: list[Keyword]) -> None:
         """Read a material by its keyword and those that describe it."""
         name, findings, parts = head.parameter("name"), self._model.findings, {k.name: k for k in keywords}
         findings.use("*MATERIAL")

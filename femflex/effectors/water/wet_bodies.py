@@ -246,7 +246,7 @@ class WetBody(Mounted, heading="wet_bodies"):
                     f"{shape.marker!r} along {shape.component}"
                 )
             J[row, column] = moved
-        return data.over(J), radiation.over(J)
+        return data.over_motions(J), radiation.over_motions(J)
 
     def _of_shapes(self, body: FlexibleBody, data: WaveData | None, sea: Array) -> Array:
         """Numbers (m, 5 + m) of the shapes: stiffness, force that holds the weight, displacement of the marker."""

@@ -319,17 +319,17 @@ def _read_sets(flat: FlatDeck) -> None:
             by_key.setdefault((scope, keyword.name, name.upper()), []).append(entry)
     begun = set[tuple[str, str, str]]()
 
-    def read(key: tuple[str, str, str]) -> None:
+    def read_set(key: tuple[str, str, str]) -> None:
         entries = () if key in begun else by_key.get(key, ())
         begun.add(key)
         for scope, keyword in entries:
             if "generate" not in keyword.parameters:
                 for word in {word.upper() for row in keyword.data for word in row if word}:
-                    read((scope, keyword.name, word))
+                    read_set((scope, keyword.name, word))
             _read_set(flat, scope, keyword)
 
     for key in by_key:
-        read(key)
+        read_set(key)
 
 
 def _sets_of_keyword(flat: FlatDeck, keyword: Keyword) -> Sets:
